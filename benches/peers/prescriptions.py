@@ -1,12 +1,14 @@
-"""Writes scenes/prescriptions/reference.json: what Optiland makes of the lens files beside it.
+"""Writes scenes/prescriptions/reference.json: what Optiland and ray-optics make of the lens files beside it.
 
-Optiland reads each .zmx file by itself. For each lens the numbers are its focal length, its back focal distance, the
-index behind each surface, and where real rays meet the image. Needs optiland 0.6.3 and nothing of raylet:
+Optiland reads each .zmx file by itself, ray-optics each .seq file. For each lens the numbers are its focal length, its
+back focal distance, the index behind each surface, and where real rays meet the image. Needs optiland 0.6.3, rayoptics
+0.9.8 and nothing of raylet:
 
     python benches/peers/prescriptions.py
 
 A ray starts at a point of the plane through the vertex of the first surface; places are in the unit of the file, since
-Optiland does not convert units, and directions are unit vectors.
+neither converts units, and directions are unit vectors. ray-optics leaves diffractive phases out of the focal length,
+and writes lengths behind a mirror with its sign.
 """
 
 from __future__ import annotations
@@ -21,6 +23,9 @@ from typing import Any
 import numpy as np
 from optiland.fileio import load_zemax_file
 from optiland.rays import RealRays
+from rayoptics.gui.appcmds import open_model
+from rayoptics.parax.firstorder import compute_first_order
+from rayoptics.raytr.raytrace import trace
 
 FOLDER = Path(__file__).parents[2] / "scenes" / "prescriptions"
 
@@ -85,11 +90,56 @@ def reference(path: Path) -> dict[str, Any]:
     return found
 
 
+def codev_landings(model: Any, wave_nm: float, radius: float) -> list[dict[str, Any]]:
+    """The same of a model of ray-optics."""
+    rays, sequence = [], model["seq_model"]
+    # The object is moved to a plane a little before the first surface.
+    back = radius + 1.0
+    sequence.gaps[0].thi = back
+    model.update_model()
+    for (px, py), (p, q) in STARTS:
+        start, cosines = (px * radius, py * radius), (p, q, math.sqrt(1.0 - p * p - q * q))
+        at = np.array([start[0] - back * p / cosines[2], start[1] - back * q / cosines[2], 0.0])
+        try:
+            point = trace(sequence, at, np.array(cosines), wave_nm)[0][-1][0]
+            landing = [number(point[0]), number(point[1])]
+        except Exception:
+            landing = [None]
+        rays.append({"start": start, "direction": cosines, "landing": None if None in landing else landing})
+    return rays
+
+
+def codev_reference(path: Path) -> dict[str, Any]:
+    """All numbers of one file of CODE V, or why ray-optics has none."""
+    try:
+        model = open_model(path)
+    except Exception as error:
+        return {"refused": f"{type(error).__name__}: {error}"}
+    spectrum = model["optical_spec"]["wvls"]
+    stated = any(line.split()[:1] in (["REF"], ["ref"]) for line in path.read_text().splitlines())
+    # Without a reference wavelength it is the middle one, of which ray-optics takes the first.
+    place = spectrum.reference_wvl if stated else (len(spectrum.wavelengths) - 1) // 2
+    wave_nm = float(spectrum.wavelengths[place])
+    sequence = model["seq_model"]
+    found: dict[str, Any] = {"wavelength_um": wave_nm / 1e3}
+    found["indices"] = [abs(float(gap.medium.rindex(wave_nm))) for gap in sequence.gaps] + [1.0]
+    first = compute_first_order(model, sequence.stop_surface or 1, wave_nm).fod
+    # Nothing bends the light of some files, which have a focal length of zero then.
+    power = abs(float(first.efl)) > 1e-9
+    found["focal_length"] = abs(float(first.efl)) if power else None
+    found["back_focal_distance"] = abs(float(first.bfl)) if power else None
+    found["rays"] = codev_landings(model, wave_nm, float(first.enp_radius))
+    return found
+
+
 def main() -> None:
     files = sorted(path for path in FOLDER.iterdir() if path.suffix.lower() == ".zmx")
+    sequences = sorted(path for path in FOLDER.iterdir() if path.suffix.lower() == ".seq")
+    programs = ("optiland", "rayoptics", "numpy")
     document = {
-        "versions": {"optiland": version("optiland"), "numpy": version("numpy"), "python": platform.python_version()},
+        "versions": {name: version(name) for name in programs} | {"python": platform.python_version()},
         "lenses": {path.name: reference(path) for path in files},
+        "sequences": {path.name: codev_reference(path) for path in sequences},
     }
     (FOLDER / "reference.json").write_text(json.dumps(document, indent=1) + "\n")
 

@@ -39,31 +39,45 @@ def load(
     *,
     field: int = 1,
     wavelength: int | None = None,
+    configuration: int | None = None,
     skip_unknown: bool = False,
     glasses: Mapping[str, str] | None = None,
+    glass_files: Sequence[str | os.PathLike[str]] = (),
 ) -> System:
-    """The system of a scene file (TOML), with every array that it names, or of a lens file of OpticStudio (.zmx).
+    """The system of a scene file (TOML), with every array that it names, or of a lens file of OpticStudio (.zmx) or
+    CODE V (.seq).
 
     >>> import raylet
     >>> system = raylet.load("scenes/spider.toml")
 
-    For a lens file `field` and `wavelength` are numbers from 1, the primary wavelength by default; surfaces of unknown
-    types are planes if `skip_unknown`; `glasses` has names of the catalogue in place of those of the file. The
-    attribute `import_report` of the system says what was changed and left out, and a warning what may make it another
-    lens.
+    For a lens file `field`, `wavelength` and `configuration` are numbers from 1, the primary wavelength and the
+    configuration of the file by default; surfaces of unknown types are planes, and unknown commands left out, if
+    `skip_unknown`; `glasses` has names of the catalogue in place of those of the file; `glass_files` are catalogues
+    (.agf) in which glasses are sought first. The attribute `import_report` of the system says what was changed and left
+    out, and a warning what may make it another lens.
     """
     report = ""
-    if os.fspath(path).lower().endswith(".zmx"):
-        for name, value in (("field", field), ("wavelength", 1 if wavelength is None else wavelength)):
-            if not isinstance(value, int) or value < 1:
+    if os.fspath(path).lower().endswith((".zmx", ".seq")):
+        for name, value in (("field", field), ("wavelength", wavelength), ("configuration", configuration)):
+            given = value is not None or name == "field"
+            if given and (not isinstance(value, int) or value < 1):
                 raise RayletError(f"raylet.load: {name} is {shown(value)}, expected a number from 1")
+        if isinstance(glass_files, (str, os.PathLike)):
+            raise RayletError("raylet.load: glass_files is one path, expected a list of paths")
         scene, report, doubts = _raylet.Scene.import_lens(
-            os.fspath(path), field, wavelength, skip_unknown, dict(glasses or {})
+            os.fspath(path),
+            (field, wavelength, configuration),
+            skip_unknown,
+            dict(glasses or {}),
+            [os.fspath(file) for file in glass_files],
         )
         for doubt in doubts:
             warnings.warn(doubt, stacklevel=2)
-    elif (field, wavelength, skip_unknown, glasses) != (1, None, False, None):
-        raise RayletError("raylet.load: field, wavelength, skip_unknown and glasses are for lens files (.zmx) alone")
+    elif (field, wavelength, configuration, skip_unknown, glasses, tuple(glass_files)) != (1, None, None, False, None, ()):
+        raise RayletError(
+            "raylet.load: field, wavelength, configuration, skip_unknown, glasses and glass_files are for lens files "
+            "(.zmx, .seq) alone"
+        )
     else:
         scene = _raylet.Scene.read(os.fspath(path))
     system = System.__new__(System)

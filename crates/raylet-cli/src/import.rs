@@ -11,7 +11,7 @@ use raylet::file::storage::own_file::{OwnFile, Replace};
 use crate::failure::Failure;
 use crate::say::{complain, say};
 
-/// Makes a scene of a lens file of Zemax OpticStudio (.zmx), and reports what was changed and left out.
+/// Makes a scene of a lens file of OpticStudio (.zmx) or CODE V (.seq), and reports what was changed and left out.
 #[derive(Args)]
 pub(crate) struct Import {
     /// The lens file.
@@ -25,10 +25,16 @@ pub(crate) struct Import {
     /// The number of the wavelength, from 1; the primary one by default.
     #[arg(long, value_name = "N")]
     wavelength: Option<usize>,
+    /// The number of the configuration or zoom position, from 1; the one whose values the file has by default.
+    #[arg(long, value_name = "N")]
+    configuration: Option<usize>,
     /// Takes another glass in place of one that the file names, such as BK7=N-BK7; may stand several times.
     #[arg(long, value_name = "NAME=GLASS", value_parser = replacement)]
     glass: Vec<(String, String)>,
-    /// Makes planes of surfaces of unknown types.
+    /// Seeks glasses in this catalogue (.agf) before that of raylet; may stand several times.
+    #[arg(long, value_name = "FILE")]
+    glasses: Vec<PathBuf>,
+    /// Makes planes of surfaces of unknown types, and leaves out commands that are not known.
     #[arg(long)]
     skip_unknown: bool,
     /// Replaces a file that raylet did not write, or that was changed since.
@@ -45,8 +51,10 @@ impl Import {
         let choices = ImportChoices {
             field: self.field,
             wavelength: self.wavelength,
+            configuration: self.configuration,
             skip_unknown: self.skip_unknown,
             glasses: self.glass.iter().cloned().collect::<BTreeMap<_, _>>(),
+            glass_files: self.glasses.clone(),
         };
         let imported = import_lens(&self.lens, &choices)?;
         let name = self.lens.file_name().unwrap_or_default();

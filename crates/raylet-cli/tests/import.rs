@@ -74,6 +74,12 @@ fn bad_requests_are_refused() {
             "found 3 fields, and field 4 requested",
         ),
         (&["nothing.zmx"], "nothing.zmx: found"),
+        (
+            &["lens.len"],
+            "a lens file of OpticStudio (.zmx) or CODE V (.seq)",
+        ),
+        (&[LENS, "--configuration", "2"], "configuration 2 requested"),
+        (&[LENS, "--glasses", "none.agf"], "none.agf: found"),
         (&[LENS, "--glass", "N-SK16"], "expected NAME=GLASS"),
         (
             &[LENS, "--glass", "N-SK16=XYZ9"],
@@ -84,4 +90,18 @@ fn bad_requests_are_refused() {
         assert_eq!(done.status.code(), Some(2));
         assert!(text(&done.stderr).contains(words), "{}", text(&done.stderr));
     }
+}
+
+#[test]
+fn glasses_come_from_a_catalogue_of_the_user() {
+    let room = tempfile::tempdir().unwrap();
+    let glass = "NM N-SK16 2 0 1.6 60 0 1\nCD 1.5 0.01 0 0 0 0\nLD 0.3 2.5\n";
+    fs::write(room.path().join("own.agf"), glass).unwrap();
+    let done = import(room.path(), &[LENS, "--glasses", "own.agf"]);
+    let report = text(&done.stderr);
+    assert!(
+        report.contains("Glass N-SK16: line 1 of own.agf"),
+        "{report}"
+    );
+    assert!(text(&done.stdout).contains("sellmeier"));
 }

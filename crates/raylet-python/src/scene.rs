@@ -54,21 +54,24 @@ impl Scene {
     }
 
     /// The scene of a lens file of another program, the report of what was changed and left out, and what may make the
-    /// scene another lens.
+    /// scene another lens. The numbers are those of the field, the wavelength and the configuration, from 1.
     #[staticmethod]
     fn import_lens(
         py: Python<'_>,
         path: PathBuf,
-        field: usize,
-        wavelength: Option<usize>,
+        numbers: (usize, Option<usize>, Option<usize>),
         skip_unknown: bool,
         glasses: BTreeMap<String, String>,
+        glass_files: Vec<PathBuf>,
     ) -> PyResult<(Self, String, Vec<String>)> {
+        let (field, wavelength, configuration) = numbers;
         let choices = ImportChoices {
             field,
             wavelength,
+            configuration,
             skip_unknown,
             glasses,
+            glass_files,
         };
         let imported = py.detach(|| import_lens(&path, &choices));
         let imported = imported.map_err(|failure| fault(py, &failure))?;

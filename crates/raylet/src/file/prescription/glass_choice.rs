@@ -3,6 +3,7 @@
 use std::collections::BTreeMap;
 
 use crate::file::decode::fault::{Fault, shortened};
+use crate::file::prescription::glass_file::GlassFiles;
 use crate::file::prescription::import_report::Losses;
 use crate::file::prescription::lens_text::LensText;
 use crate::file::prescription::sequential::{Action, Behind, GlassRequest, Sequential};
@@ -27,8 +28,16 @@ pub(crate) struct MediumBehind {
     pub index: f64,
 }
 
-/// The media behind all surfaces of a prescription at a wavelength in mm. `replaced` has glasses to take in place of those that
-/// the file names.
+/// Where glasses come from besides the catalogue.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct GlassSources<'a> {
+    /// Glasses to take in place of those that the file names.
+    pub replaced: &'a BTreeMap<String, String>,
+    /// Catalogues of the user, which come before that of raylet.
+    pub files: &'a GlassFiles,
+}
+
+/// The media behind all surfaces of a prescription at a wavelength in mm.
 ///
 /// # Errors
 /// A glass that is not known, or not at this wavelength, with its line.
@@ -36,7 +45,7 @@ pub(crate) fn media(
     lens: &Sequential,
     text: &LensText,
     wavelength: f64,
-    replaced: &BTreeMap<String, String>,
+    sources: GlassSources<'_>,
     losses: &mut Losses,
 ) -> Result<Vec<MediumBehind>, Fault> {
     let mut before = MediumBehind {
@@ -52,7 +61,7 @@ pub(crate) fn media(
                     let choice = Choice {
                         wanted,
                         catalogues: &lens.catalogues,
-                        replaced,
+                        sources,
                     };
                     let material = choice.material(text, losses)?;
                     let index = index(&material, wavelength).map_err(|(found, expected)| {
@@ -90,13 +99,16 @@ fn index(material: &Material, wavelength: f64) -> Result<f64, (String, String)> 
 struct Choice<'a> {
     wanted: &'a GlassRequest,
     catalogues: &'a [String],
-    replaced: &'a BTreeMap<String, String>,
+    sources: GlassSources<'a>,
 }
 
 impl Choice<'_> {
     fn material(&self, text: &LensText, losses: &mut Losses) -> Result<Material, Fault> {
         let name = self.wanted.name.as_str();
         if let Some(other) = self.replacement() {
+            if let Some(own) = self.of_files(other, losses)? {
+                return Ok(own);
+            }
             let glass = catalog::glass(other).map_err(|error| {
                 let expected = "a name of the glass catalogue in its place";
                 text.fault_of_line(self.wanted.line, error.to_string(), expected)
@@ -114,6 +126,9 @@ impl Choice<'_> {
             ));
             return Ok(Material::Own(own.clone()));
         }
+        if let Some(own) = self.of_files(name, losses)? {
+            return Ok(own);
+        }
         if name.is_empty() {
             return self.of_numbers(losses).ok_or_else(|| {
                 let expected = "an index and an Abbe number as values 4 and 5";
@@ -129,6 +144,15 @@ impl Choice<'_> {
         spare.ok_or_else(|| self.unknown(text, &error))
     }
 
+    /// The glass of this name in the user's catalogues.
+    fn of_files(&self, name: &str, losses: &mut Losses) -> Result<Option<Material>, Fault> {
+        let found = self.sources.files.find(name)?;
+        Ok(found.map(|found| {
+            losses.change(format!("Glass {}: {}.", shortened(name), found.source));
+            Material::Own(found.medium)
+        }))
+    }
+
     /// What is to stand in its place, by its name with or without its maker, in any capitals.
     fn replacement(&self) -> Option<&String> {
         let name = self.wanted.name.as_str();
@@ -140,7 +164,7 @@ impl Choice<'_> {
                 .flatten()
                 .any(|known| known.eq_ignore_ascii_case(key))
         };
-        let found = self.replaced.iter().find(|(key, _)| meant(key));
+        let found = self.sources.replaced.iter().find(|(key, _)| meant(key));
         found.map(|(_, other)| other)
     }
 

@@ -1,19 +1,19 @@
 //! From the file of a program for lens design to a scene, with a report of what was changed and left out.
 
 use std::collections::BTreeMap;
-use std::io::Read;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 use crate::engine::geometrical::chief_ray::chief_landing;
-use crate::file::arrays::regular_file;
 use crate::file::decode::fault::{Fault, shortened};
 use crate::file::model::build::system;
 use crate::file::prescription::codev::codev_reader::read_codev;
 use crate::file::prescription::first_order::FirstOrder;
-use crate::file::prescription::glass_choice::{MediumBehind, media};
+use crate::file::prescription::glass_choice::{GlassSources, MediumBehind, media};
+use crate::file::prescription::glass_file::GlassFiles;
 use crate::file::prescription::import_report::{ImportReport, Losses, ReportedNumber};
+use crate::file::prescription::lens_file::bytes_of;
 use crate::file::prescription::lens_text::LensText;
-use crate::file::prescription::scene_elements::{Elements, Laying};
+use crate::file::prescription::scene_elements::{Elements, Fields, Laying, Rims};
 use crate::file::prescription::scene_light::{Light, assembled, shift_sensor};
 use crate::file::prescription::sequential::{ApertureRule, Behind, FieldKind, Sequential};
 use crate::file::prescription::zemax::zemax_reader::read_zemax;
@@ -21,12 +21,15 @@ use crate::file::scene::element::Element;
 use crate::file::scene::scene_file::Scene;
 use crate::optics::paraxial::Cardinal;
 
-/// The largest file that is read, in bytes.
-const LARGEST_FILE: u64 = 20_000_000;
-
-/// Rims that a program computed from the light of its fields end where that light ends: wider ones cut nothing of it. Where the
-/// wider surfaces do not exist or cross, they are as wide as in the file.
-const GROWTHS: [f64; 2] = [1.05, 1.0];
+/// How wide rims are, from the first attempt to the last: narrower where the wider surfaces do not exist or cross. Rims that a
+/// program computed from the light of its fields end where that light ends: wider ones cut nothing of it.
+const ATTEMPTS: [Rims; 5] = [
+    Rims::of(1.05, 1.25, Fields::All),
+    Rims::of(1.0, 1.25, Fields::All),
+    Rims::of(1.0, 1.25, Fields::Chosen),
+    Rims::of(1.0, 1.02, Fields::Chosen),
+    Rims::of(1.0, 1.02, Fields::Axis),
+];
 
 /// What the user chooses of a file.
 #[derive(Clone, Debug, PartialEq)]
@@ -41,6 +44,8 @@ pub struct ImportChoices {
     pub skip_unknown: bool,
     /// Glasses of the catalogue in place of those that the file names.
     pub glasses: BTreeMap<String, String>,
+    /// Catalogues of glasses (.agf) in which names are sought first.
+    pub glass_files: Vec<PathBuf>,
 }
 
 impl Default for ImportChoices {
@@ -51,6 +56,7 @@ impl Default for ImportChoices {
             configuration: None,
             skip_unknown: false,
             glasses: BTreeMap::new(),
+            glass_files: Vec::new(),
         }
     }
 }
@@ -99,14 +105,7 @@ const KINDS: &str = "a lens file of OpticStudio (.zmx) or CODE V (.seq)";
 /// A file that cannot be read, or the first fault of its text with its line.
 pub fn import_lens(path: &Path, choices: &ImportChoices) -> Result<ImportedLens, Fault> {
     Format::of(path)?;
-    let refuse = |found: String| Fault::of_file(path, found, "a readable lens file");
-    let file = regular_file::open(path).map_err(refuse)?;
-    let mut bytes = Vec::new();
-    let read = file.take(LARGEST_FILE + 1).read_to_end(&mut bytes);
-    read.map_err(|error| refuse(error.to_string()))?;
-    if bytes.len() as u64 > LARGEST_FILE {
-        return Err(refuse("a file larger than 20 MB".to_owned()));
-    }
+    let bytes = bytes_of(path, "a readable lens file")?;
     import_bytes(&bytes, path, choices)
 }
 
@@ -121,15 +120,25 @@ pub fn import_bytes(
 ) -> Result<ImportedLens, Fault> {
     let text = LensText::new(bytes, path);
     let mut losses = Losses::default();
-    let skip = choices.skip_unknown;
-    let lens = match Format::of(path)? {
-        Format::Zemax => read_zemax(&text, skip, &mut losses)?,
-        Format::CodeV => read_codev(&text, skip, choices.configuration, &mut losses)?,
+    let read = match Format::of(path)? {
+        Format::Zemax => read_zemax,
+        Format::CodeV => read_codev,
     };
-    let lens = focused(lens, &text, choices)?;
+    let lens = read(
+        &text,
+        choices.skip_unknown,
+        choices.configuration,
+        &mut losses,
+    )?;
+    let files = GlassFiles::read(&choices.glass_files)?;
+    let sources = GlassSources {
+        replaced: &choices.glasses,
+        files: &files,
+    };
+    let lens = focused(lens, &text, sources)?;
     let chosen = Chosen::of(&lens, &text, choices)?;
     let wavelength = chosen.wavelength_um * 1e-3;
-    let media = media(&lens, &text, wavelength, &choices.glasses, &mut losses)?;
+    let media = media(&lens, &text, wavelength, sources, &mut losses)?;
     let first = first_order(&lens, &text, &media, wavelength)?;
     let import = Import {
         lens: &lens,
@@ -164,19 +173,13 @@ fn first_order(
 fn focused(
     mut lens: Sequential,
     text: &LensText,
-    choices: &ImportChoices,
+    sources: GlassSources<'_>,
 ) -> Result<Sequential, Fault> {
     let (Some(last), Some(um)) = (lens.focused, lens.wavelength_um.get(lens.primary)) else {
         return Ok(lens);
     };
     let wavelength = um * 1e-3;
-    let media = media(
-        &lens,
-        text,
-        wavelength,
-        &choices.glasses,
-        &mut Losses::default(),
-    )?;
+    let media = media(&lens, text, wavelength, sources, &mut Losses::default())?;
     let first = first_order(&lens, text, &media, wavelength)?;
     let through = lens.surface.get(..=last).unwrap_or_default();
     let mirrors = through
@@ -265,15 +268,19 @@ impl Import<'_> {
         });
         let steepest = steep.fold(0.0, f64::max);
         let mut fault = None;
-        for growth in GROWTHS {
+        for rims in ATTEMPTS {
             let mut own = losses.clone();
             let laying = Laying {
                 lens: self.lens,
                 media: self.media,
                 first: self.first,
                 slopes,
-                steepest,
-                growth,
+                steepest: match rims.fields {
+                    Fields::All => steepest,
+                    Fields::Chosen => slopes[0].hypot(slopes[1]),
+                    Fields::Axis => 0.0,
+                },
+                rims,
             };
             let Elements {
                 element,
@@ -287,7 +294,8 @@ impl Import<'_> {
                     *losses = own;
                     return Ok((scene, line, start));
                 }
-                Err(found) => fault = Some(self.addressed(&found, &line)),
+                // What the first attempt finds says most.
+                Err(found) => fault = fault.or_else(|| Some(self.addressed(&found, &line))),
             }
         }
         Err(fault.unwrap_or_else(|| self.text.fault_of_file("no scene", "a lens")))

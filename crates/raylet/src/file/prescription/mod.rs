@@ -3,12 +3,14 @@
 //! | file | what it holds |
 //! | --- | --- |
 //! | `lens_text` | The text of a lens file: its encoding, its lines as records, and faults that point into it |
+//! | `lens_file` | The bytes of a lens file on the disk |
 //! | `sequential` | A sequential prescription, in millimetres, whatever its format |
 //! | `import_report` | What an import tells: what was read, what was changed, and what was left out |
 //! | `outline` | Apertures of surfaces, from the numbers of a file |
 //! | `formula_table` | A formula of dispersion as the table of indices that a scene can hold |
 //! | `zemax` | Files of Zemax and OpticStudio (.zmx) |
 //! | `codev` | Files of CODE V (.seq) |
+//! | `glass_file` | Glasses of users: catalogues in the format of Zemax (.agf) |
 //! | `glass_choice` | The media of a prescription: by names of the catalogue, or by numbers of the file |
 //! | `first_order` | First-order optics of a prescription: pupils, the size of its stop |
 //! | `scene_elements` | The elements of a scene from the surfaces of a prescription |
@@ -18,22 +20,27 @@
 //! | `shapes_test` | Tests: surfaces of Zemax files, against the formulas of their types |
 //! | `import_test` | Tests: whole Zemax files by hand, their axes, apertures, fields, glasses and faults |
 //! | `optiland_test` | Tests: lens files of other projects, against Optiland and against what OpticStudio left in them |
+//! | `rayoptics_test` | Tests: files of CODE V of other projects, against ray-optics |
 //! | `mutations_test` | Tests: altered lens files give a scene or an error |
 
 pub(crate) mod codev;
 pub(crate) mod first_order;
 pub(crate) mod formula_table;
 pub(crate) mod glass_choice;
+pub(crate) mod glass_file;
 pub mod import;
 pub mod import_report;
 #[cfg(test)]
 mod import_test;
+pub(crate) mod lens_file;
 pub(crate) mod lens_text;
 #[cfg(test)]
 mod mutations_test;
 #[cfg(test)]
-mod optiland_test;
+pub(crate) mod optiland_test;
 pub(crate) mod outline;
+#[cfg(test)]
+mod rayoptics_test;
 pub(crate) mod scene_elements;
 pub(crate) mod scene_light;
 pub mod scene_text;

@@ -1,6 +1,6 @@
 //! Tests: lens files whose bytes, lines and numbers are altered give a scene or an error with its file, and never end otherwise.
 //!
-//! `RAYLET_MUTATIONS=100000 cargo test -p raylet --lib mutated` makes a long run.
+//! `RAYLET_MUTATIONS=100000 cargo test -p raylet --lib mutated` makes a long run of each format.
 
 use std::fs;
 use std::path::Path;
@@ -36,8 +36,8 @@ const NUMBERS: [&str; 20] = [
     "x",
 ];
 
-/// Records that stand in place of others.
-const RECORDS: [&str; 24] = [
+/// Records of Zemax that stand in place of others.
+const ZEMAX: [&str; 26] = [
     "SURF 3",
     "STOP",
     "TYPE STANDARD",
@@ -62,6 +62,56 @@ const RECORDS: [&str; 24] = [
     "UNIT IN",
     "FNUM 2 1",
     "FLOA",
+    "MNUM 2 1",
+    "THIC 1 2 3.5 0 0",
+];
+
+/// Commands of CODE V that stand in place of others.
+const CODEV: [&str; 44] = [
+    "S 50 5 NBK7_SCHOTT",
+    "s .1 &",
+    "S 0 -5 REFL",
+    "S",
+    "SI 0 0.1",
+    "SO 0 100",
+    "S2 20 3 517.642",
+    "STO",
+    "STO S2",
+    "RDM",
+    "RDM N",
+    "DIM I",
+    "FNO 4",
+    "NA 0.2",
+    "NAO 0.1",
+    "YAN 0 5 10",
+    "YIM F2 3",
+    "YOB 1 2",
+    "WL 656 587 486",
+    "REF 2",
+    "CIR 2",
+    "CIR OBS L'a' 0.5",
+    "REX 2; REY 3; ADY 1; ARO 20",
+    "ELX EDG 2",
+    "CON; K -1",
+    "ASP; A 1e-4; B 1e-6",
+    "YTO; RDX 20",
+    "CYL",
+    "SPS ODD; SCO C4 1e-4",
+    "SPS XYP; SCO C7 1e-4",
+    "XDE 1; YDE 2; ZDE 3; ADE 10; BDE 5",
+    "DAR",
+    "ADE 30; BEN",
+    "REV",
+    "DIF DOE; HCT R; HWL 550; HCO C1 -1e-3; HCO C3 1e-9",
+    "DIF GRT; GRS 0.002; GRO 1",
+    "PRV; PWL 400 500 600; 'G' 1.5 1.4 1.3; END",
+    "GLA 'G'",
+    "PIM",
+    "PIK RDY S2 RDY S1 -1",
+    "THI UMY 0.1",
+    "ZOO 2",
+    "ZOO THI S1 2 3",
+    "GO",
 ];
 
 /// Numbers of a hash, one after another.
@@ -79,14 +129,14 @@ impl Numbers {
 }
 
 /// The text of a file, with one to four of its lines or numbers altered.
-fn altered(text: &str, numbers: &mut Numbers) -> Vec<u8> {
+fn altered(text: &str, records: &[&str], numbers: &mut Numbers) -> Vec<u8> {
     let mut lines: Vec<String> = text.lines().map(str::to_owned).collect();
     for _ in 0..=numbers.below(4) {
         if lines.is_empty() {
             break;
         }
         let at = numbers.below(lines.len());
-        let record = RECORDS[numbers.below(RECORDS.len())].to_owned();
+        let record = records[numbers.below(records.len())].to_owned();
         match numbers.below(9) {
             0 => lines.insert(at, record),
             1 => lines[at] = record,
@@ -115,7 +165,17 @@ fn altered(text: &str, numbers: &mut Numbers) -> Vec<u8> {
 }
 
 #[test]
-fn mutated_files_give_a_scene_or_an_error() {
+fn mutated_files_of_zemax_give_a_scene_or_an_error() {
+    mutate("zmx", &ZEMAX);
+}
+
+#[test]
+fn mutated_files_of_codev_give_a_scene_or_an_error() {
+    mutate("seq", &CODEV);
+}
+
+/// Reads altered files of this kind.
+fn mutate(kind: &str, records: &[&str]) {
     let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../scenes/prescriptions");
     let files = fs::read_dir(folder)
         .unwrap()
@@ -123,7 +183,7 @@ fn mutated_files_give_a_scene_or_an_error() {
     let mut files: Vec<_> = files
         .filter(|path| {
             path.extension()
-                .is_some_and(|end| end.eq_ignore_ascii_case("zmx"))
+                .is_some_and(|end| end.eq_ignore_ascii_case(kind))
         })
         .collect();
     files.sort();
@@ -133,16 +193,17 @@ fn mutated_files_give_a_scene_or_an_error() {
         .collect();
     let wanted = std::env::var("RAYLET_MUTATIONS").ok();
     let count = wanted.map_or(MUTATIONS, |count| count.parse().unwrap());
-    let mut scenes = 0;
+    let (name, mut scenes) = (format!("a.{kind}"), 0);
     for seed in 0..count {
         let mut numbers = Numbers(seed);
-        let bytes = altered(&texts[numbers.below(texts.len())], &mut numbers);
+        let bytes = altered(&texts[numbers.below(texts.len())], records, &mut numbers);
         let choices = ImportChoices {
             field: 1 + numbers.below(2),
             skip_unknown: numbers.below(2) == 0,
+            configuration: [None, Some(1), Some(2)][numbers.below(3)],
             ..ImportChoices::default()
         };
-        match import_bytes(&bytes, Path::new("a.zmx"), &choices) {
+        match import_bytes(&bytes, Path::new(&name), &choices) {
             Ok(lens) => {
                 let text = lens.scene.to_toml().unwrap();
                 assert!(Scene::parse(&text, Path::new("")).is_ok(), "seed {seed}");
@@ -153,7 +214,7 @@ fn mutated_files_give_a_scene_or_an_error() {
             }
             Err(fault) => {
                 let message = fault.to_string();
-                assert!(message.starts_with("a.zmx"), "seed {seed}: {message}");
+                assert!(message.starts_with(&name), "seed {seed}: {message}");
                 assert!(message.len() < 20_000, "seed {seed}");
             }
         }

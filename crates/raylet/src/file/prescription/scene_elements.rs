@@ -17,7 +17,7 @@ use crate::file::scene::material::Material;
 use crate::file::scene::surface_shape::SurfaceShape;
 use crate::optics::assembly::part_check::expected_heading;
 
-/// How much wider than the light the aperture before a lens is, and rims whose size the file does not state.
+/// How much wider than the light the aperture before a lens is.
 const WIDER: f64 = 1.25;
 
 /// Elements in the order light meets them, without the sensor.
@@ -43,8 +43,56 @@ pub(crate) struct Laying<'a> {
     pub slopes: [f64; 2],
     /// The largest slope of any field.
     pub steepest: f64,
+    /// How wide rims are that the file does not fix.
+    pub rims: Rims,
+}
+
+/// How wide rims are that the file does not fix.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct Rims {
     /// Factor on semi-diameters that the program computed from the light.
-    pub growth: f64,
+    pub computed: f64,
+    /// Factor on the paraxial light where the file has no semi-diameter.
+    pub missing: f64,
+    /// Whose light that is.
+    pub fields: Fields,
+}
+
+/// Fields whose light goes through rims.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Fields {
+    /// All of the file.
+    All,
+    /// That of the scene.
+    Chosen,
+    /// The axis alone.
+    Axis,
+}
+
+impl Rims {
+    /// Rims of these factors.
+    pub(crate) const fn of(computed: f64, missing: f64, fields: Fields) -> Self {
+        Self {
+            computed,
+            missing,
+            fields,
+        }
+    }
+
+    /// What rims without a semi-diameter in the file are, in a sentence.
+    fn sentence(self) -> String {
+        let fields = match self.fields {
+            Fields::All => "of all fields",
+            Fields::Chosen => "of the chosen field; those of all fields do not fit the surfaces",
+            Fields::Axis => {
+                "on the axis; those of the chosen field do not fit the surfaces, and cut its light"
+            }
+        };
+        format!(
+            "Rims of surfaces without a semi-diameter in the file are {:.0} % wider than the paraxial light {fields}.",
+            100.0 * (self.missing - 1.0)
+        )
+    }
 }
 
 impl Laying<'_> {
@@ -174,7 +222,9 @@ impl Laying<'_> {
 
     /// A surface between equal media is a stop if it is the aperture stop or has an aperture of its own, and nothing else.
     fn screen(&self, i: usize, face: &Face, losses: &mut Losses) -> Option<Element> {
-        let cuts = i == self.lens.stop || face.outline.is_some() || !face.blocked.is_empty();
+        let rimmed = face.clips && face.semi_diameter.is_some();
+        let own = rimmed || face.outline.is_some() || !face.blocked.is_empty();
+        let cuts = i == self.lens.stop || own;
         if cuts && face.curve.vertex_curvature() != 0.0 {
             losses.change(format!(
                 "Surface {}: a curved stop between equal media is a plane one at its vertex.",
@@ -233,7 +283,7 @@ impl Laying<'_> {
     fn stop_aperture(&self, face: &Face, losses: &mut Losses) -> Aperture {
         let radius = self.first.stop_radius;
         match &face.outline {
-            None => disc(radius),
+            None => disc(self.stop_radius(face, losses)),
             Some(Aperture {
                 disc: Some(own), ..
             }) if own.centre_mm == [0.0; 2] && own.radius_mm >= radius => disc(radius),
@@ -245,6 +295,23 @@ impl Laying<'_> {
                 ));
                 own.clone()
             }
+        }
+    }
+
+    /// The radius of a stop without an outline in mm: that of the light, or of a smaller rim that clips it.
+    fn stop_radius(&self, face: &Face, losses: &mut Losses) -> f64 {
+        let radius = self.first.stop_radius;
+        match face.semi_diameter {
+            // Files write sizes with some digits, and the light is computed.
+            Some((rim, _)) if face.clips && rim < radius * (1.0 - 1e-6) => {
+                losses.change(format!(
+                    "Surface {}: its aperture of radius {rim:.6} mm is the stop, and cuts the light that the file asks for \
+                     ({radius:.6} mm in radius there).",
+                    face.number
+                ));
+                rim
+            }
+            _ => radius,
         }
     }
 
@@ -263,7 +330,7 @@ impl Laying<'_> {
         if i != self.lens.stop || laid.element.is_empty() || !bends || !plain {
             return None;
         }
-        let (radius, heading) = (self.first.stop_radius, laid.heading());
+        let (radius, heading) = (self.stop_radius(face, losses), laid.heading());
         let rim = height(element, radius)? * heading;
         let place = if rim <= 0.0 {
             // The light meets the rim before the vertex.
@@ -302,21 +369,19 @@ impl Laying<'_> {
         match face.semi_diameter {
             Some((size, true)) => size,
             Some((size, false)) => {
-                if self.growth > 1.0 {
+                if self.rims.computed > 1.0 {
                     losses.change(
                         "Semi-diameters that the file computed from the light of its fields are 5 % wider, so that they cut none \
                          of it; fixed ones are kept.",
                     );
                 }
-                size * self.growth
+                size * self.rims.computed
             }
             None => {
                 let [marginal, chief] = self.first.heights(i, [self.steepest, 0.0]);
-                let light = WIDER * (marginal + chief);
+                let light = self.rims.missing * (marginal + chief);
+                losses.change(self.rims.sentence());
                 let size = light.max(0.1 * self.first.pupil_diameter);
-                losses.change(
-                    "Rims of surfaces without a semi-diameter in the file are a quarter wider than the paraxial light of all fields.",
-                );
                 size
             }
         }

@@ -79,6 +79,8 @@ pub(crate) struct Face {
     pub behind: Behind,
     /// Its semi-diameter in mm, and whether the user fixed it.
     pub semi_diameter: Option<(f64, bool)>,
+    /// Whether its semi-diameter clips light where it does nothing else, and where it is the stop.
+    pub clips: bool,
     /// The outline of its aperture, where it has one of its own.
     pub outline: Option<Aperture>,
     /// What is blocked in it.
@@ -161,6 +163,7 @@ impl Face {
             phase: Vec::new(),
             behind: Behind::Air,
             semi_diameter: None,
+            clips: false,
             outline: None,
             blocked: Vec::new(),
         }

@@ -37,7 +37,7 @@ impl PrivateGlasses {
             "END" => self.reading = false,
             "PWL" => {
                 let numbers = command.numbers(text)?;
-                self.waves_um = numbers.iter().map(|nm| nm * 1e-3).collect();
+                self.waves_um = numbers.iter().map(|nm| nm / 1e3).collect();
             }
             _ => {
                 if self.defined.len() >= MOST {

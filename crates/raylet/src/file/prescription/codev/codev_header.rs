@@ -154,10 +154,7 @@ impl Header {
                 reference + 1
             ));
         }
-        Ok((
-            self.waves_nm.iter().map(|nm| nm * 1e-3).collect(),
-            reference,
-        ))
+        Ok((self.waves_nm.iter().map(|nm| nm / 1e3).collect(), reference))
     }
 }
 

@@ -133,7 +133,7 @@ impl RawPhase {
         if self.kind == Kind::Grating {
             return self.grating(unit);
         }
-        let wavelength_um = self.wavelength_nm.map_or(reference_um, |nm| nm * 1e-3);
+        let wavelength_um = self.wavelength_nm.map_or(reference_um, |nm| nm / 1e3);
         if !(0.01..=100.0).contains(&wavelength_um) {
             let found = format!("a design wavelength of {wavelength_um} µm (HWL)");
             return Err((found, "one from 0.01 to 100 µm".to_owned()));

@@ -179,7 +179,7 @@ impl Reading<'_> {
                 return Err(self.text.fault(first, shortened(first), expected));
             }
             self.positions = count;
-            return Ok(());
+            return self.check_position();
         }
         let inner = at_position(self.text, command, self.position, self.positions)?;
         if inner.key == "ZOO" {
@@ -188,6 +188,19 @@ impl Reading<'_> {
                 .fault(first, "ZOO within ZOO", "the command of a value"));
         }
         self.read(&inner).map(|_| ())
+    }
+
+    /// The position that is wanted is one of the zoom.
+    fn check_position(&self) -> Result<(), Fault> {
+        let (count, wanted) = (self.positions, self.position);
+        match (1..=count).contains(&wanted) {
+            true => Ok(()),
+            false => {
+                let found = format!("{count} configurations, and configuration {wanted} requested");
+                let expected = format!("a configuration from 1 to {count}");
+                Err(self.text.fault_of_file(found, expected))
+            }
+        }
     }
 
     fn read_pick_up(&mut self, command: &Command<'_>) -> Result<(), Fault> {
@@ -232,14 +245,7 @@ impl Reading<'_> {
 
     /// Gives surfaces the values that depend on others.
     fn relate(&mut self) -> Result<(), Fault> {
-        if !(1..=self.positions).contains(&self.position) {
-            let found = format!(
-                "{} configurations, and configuration {} requested",
-                self.positions, self.position
-            );
-            let expected = format!("a configuration from 1 to {}", self.positions);
-            return Err(self.text.fault_of_file(found, expected));
-        }
+        self.check_position()?;
         for pick_up in std::mem::take(&mut self.pick_ups) {
             let command = Command::default();
             let names = pick_up.surfaces().map(|name| {
@@ -390,7 +396,7 @@ impl Reading<'_> {
                 let distance = object.thickness_mm;
                 let found = format!("an object {distance} mm before the first surface");
                 let expected =
-                    "a distance above zero, of 1e10 or more for one that is infinitely far (SO)";
+                    "a distance above zero, of 1e9 or more for one that is infinitely far (SO)";
                 Err(self.text.fault_of_line(object.line, found, expected))
             }
             _ => Ok(()),

@@ -12,7 +12,7 @@ use crate::file::prescription::lens_text::LensText;
 use crate::file::prescription::sequential::{Action, Behind, Face, Turn};
 
 /// Objects that are further away, in the unit of the file, are infinitely far.
-const DISTANT: f64 = 1e10;
+const DISTANT: f64 = 1e9;
 
 /// What a file has of one surface, lengths in its unit.
 #[derive(Clone, Debug)]
@@ -202,13 +202,14 @@ impl SurfaceData {
                 behind
             },
             semi_diameter: open.semi_diameter_mm.map(|size| (size, true)),
+            clips: true,
             outline: open.outline,
             blocked: open.blocked,
         };
         if self.phase.is_grating() && !face.phase.is_empty() {
-            losses.warn(format!(
-                "Surface {number}: positive orders of its grating turn light towards the direction (GRX, GRY). No file with known \
-                 rays was at hand to check this sign: compare a ray with CODE V."
+            losses.change(format!(
+                "Surface {number}: positive orders of its grating turn light towards the direction (GRX, GRY), as those of the same \
+                 grating in OpticStudio."
             ));
         }
         let turned = |turn: Turn| Face::turned([number, self.line], turn);

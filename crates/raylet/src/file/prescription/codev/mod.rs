@@ -12,6 +12,7 @@
 //! | `codev_surface` | The commands of one surface |
 //! | `codev_relations` | Values that are given by others: pick-ups, solves, zoom positions |
 //! | `codev_reader` | A file as a sequential prescription |
+//! | `codev_test` | Tests: whole files by hand, their axes, apertures, glasses, phases, relations and faults |
 
 pub(crate) mod codev_commands;
 pub(crate) mod codev_edge;

@@ -6,8 +6,10 @@
 //! | `zemax_edge` | Apertures of surfaces |
 //! | `zemax_surface` | The records of one surface |
 //! | `zemax_header` | The records before the surfaces: units, aperture, fields, wavelengths |
+//! | `zemax_configuration` | Records that give values to one of several configurations |
 //! | `zemax_reader` | A file as a sequential prescription |
 
+pub(crate) mod zemax_configuration;
 pub(crate) mod zemax_edge;
 pub(crate) mod zemax_header;
 pub(crate) mod zemax_reader;

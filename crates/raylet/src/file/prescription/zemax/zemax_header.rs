@@ -4,6 +4,7 @@ use crate::file::decode::fault::Fault;
 use crate::file::prescription::import_report::Losses;
 use crate::file::prescription::lens_text::{LensText, Record};
 use crate::file::prescription::sequential::{ApertureRule, FieldKind};
+use crate::file::prescription::zemax::zemax_configuration::Operand;
 
 /// Most fields and wavelengths that a file may state.
 const MOST: usize = 1000;
@@ -106,6 +107,47 @@ impl Header {
                 }
             }
             _ => return Ok(false),
+        }
+        Ok(true)
+    }
+
+    /// Gives the lens the value of a configuration; false where it belongs to a surface.
+    ///
+    /// # Errors
+    /// A value that is no number, or of a wavelength or field that is not there.
+    pub(crate) fn configure(&mut self, text: &LensText, operand: &Operand) -> Result<bool, Fault> {
+        let place = operand.number.wrapping_sub(1);
+        let [x, y] = &mut self.across;
+        let list = match operand.word.as_str() {
+            "APER" => {
+                let value = operand.number_of(text)?;
+                self.aperture = self.aperture.map(|rule| match rule {
+                    ApertureRule::EntrancePupil(_) => ApertureRule::EntrancePupil(value),
+                    ApertureRule::ImageFNumber(_) => ApertureRule::ImageFNumber(value),
+                    ApertureRule::WorkingFNumber(_) => ApertureRule::WorkingFNumber(value),
+                    ApertureRule::ObjectSine(_) => ApertureRule::ObjectSine(value),
+                    ApertureRule::StopSize => ApertureRule::StopSize,
+                });
+                return match value > 1e-9 {
+                    true => Ok(true),
+                    false => Err(operand.refused(text)),
+                };
+            }
+            "PRWV" => {
+                self.primary = operand.number_of(text)? as usize;
+                return Ok(true);
+            }
+            "WAVE" => &mut self.waves_um,
+            "XFIE" => x,
+            "YFIE" => y,
+            _ => return Ok(false),
+        };
+        if place < MOST && list.len() <= place {
+            list.resize(place + 1, 0.0);
+        }
+        match list.get_mut(place) {
+            Some(entry) => *entry = operand.number_of(text)?,
+            None => return Err(operand.refused(text)),
         }
         Ok(true)
     }

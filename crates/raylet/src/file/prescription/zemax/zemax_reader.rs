@@ -4,6 +4,7 @@ use crate::file::decode::fault::Fault;
 use crate::file::prescription::import_report::Losses;
 use crate::file::prescription::lens_text::LensText;
 use crate::file::prescription::sequential::{ApertureRule, Face, FieldKind, Sequential};
+use crate::file::prescription::zemax::zemax_configuration::Operands;
 use crate::file::prescription::zemax::zemax_header::Header;
 use crate::file::prescription::zemax::zemax_surface::SurfaceRecords;
 
@@ -22,16 +23,18 @@ const WITHOUT_EFFECT: [&str; 49] = [
 /// Records of solves and pick-ups.
 const SOLVES: [&str; 6] = ["MAZH", "PZUP", "PPAR", "PKUP", "CHZH", "THIC"];
 
-/// Reads the prescription of a text. Surfaces of unknown types are planes if `skip_unknown`.
+/// Reads the prescription of a text in a configuration, by default that whose values the surfaces have. Surfaces of unknown types
+/// are planes if `skip_unknown`.
 ///
 /// # Errors
 /// The first fault of the text, with its line.
 pub(crate) fn read_zemax(
     text: &LensText,
     skip_unknown: bool,
+    configuration: Option<usize>,
     losses: &mut Losses,
 ) -> Result<Sequential, Fault> {
-    let mut header = Header::default();
+    let (mut header, mut operands, mut behind) = (Header::default(), Operands::default(), false);
     let mut surfaces: Vec<SurfaceRecords> = Vec::new();
     for record in text.records() {
         if record.word == "SURF" {
@@ -43,6 +46,11 @@ pub(crate) fn read_zemax(
             surfaces.push(SurfaceRecords::new(number, record.line));
             continue;
         }
+        if record.word == "MNUM" {
+            behind = true;
+        } else if behind && operands.read(text, &record)? {
+            continue;
+        }
         let known = match surfaces.last_mut() {
             Some(surface) => surface.read(text, &record, losses)?,
             None => false,
@@ -51,8 +59,48 @@ pub(crate) fn read_zemax(
             sort_out(record.word, losses);
         }
     }
+    if let Some(wanted) = configuration {
+        configure(text, &operands, wanted, &mut header, &mut surfaces)?;
+    }
     tell(&header, losses);
     assemble(text, &header, surfaces, skip_unknown, losses)
+}
+
+/// Gives the lens the values of a configuration.
+fn configure(
+    text: &LensText,
+    operands: &Operands,
+    wanted: usize,
+    header: &mut Header,
+    surfaces: &mut [SurfaceRecords],
+) -> Result<(), Fault> {
+    let [current, count] = header.configuration;
+    if !(1..=count).contains(&wanted) {
+        let found = format!("{count} configurations, and configuration {wanted} requested");
+        let expected = format!("a configuration from 1 to {count}");
+        return Err(text.fault_of_file(found, expected));
+    }
+    if wanted == current {
+        return Ok(());
+    }
+    for operand in operands.of(wanted) {
+        if header.configure(text, operand)? {
+            continue;
+        }
+        if operand.word == "STPS" {
+            let stop = operand.number_of(text)? as usize;
+            for surface in surfaces.iter_mut() {
+                surface.stop = surface.number == stop;
+            }
+            continue;
+        }
+        match surfaces.get_mut(operand.number) {
+            Some(surface) => surface.configure(text, operand)?,
+            None => return Err(operand.refused(text)),
+        }
+    }
+    header.configuration = [wanted, count];
+    Ok(())
 }
 
 /// Notes a record that is not read.
@@ -77,8 +125,7 @@ fn tell(header: &Header, losses: &mut Losses) {
     let [current, count] = header.configuration;
     if count > 1 {
         losses.leave_out(format!(
-            "Configurations: the file has {count}, and its surfaces have the values of configuration {current}, which the \
-             scene has."
+            "Configurations: the file has {count}, and the scene has number {current} (--configuration N takes another)."
         ));
     }
     if losses.solves > 0 {

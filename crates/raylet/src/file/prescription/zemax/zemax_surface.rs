@@ -5,11 +5,15 @@ use crate::file::prescription::import_report::Losses;
 use crate::file::prescription::lens_text::{LensText, Record};
 use crate::file::prescription::outline::RawEdge;
 use crate::file::prescription::sequential::{Action, Behind, Curve, Face, GlassRequest, Turn};
+use crate::file::prescription::zemax::zemax_configuration::Operand;
 use crate::file::prescription::zemax::zemax_edge::edge_record;
 use crate::file::prescription::zemax::zemax_shape::{RawSurface, ReadSurface};
 
 /// The highest number of a parameter, and of extra data.
 const MOST_PARAMETERS: usize = 10_000;
+
+/// Objects that are further away, in the unit of the file, are infinitely far in a configuration.
+const DISTANT: f64 = 1e10;
 
 /// A shift and turn that a surface has of its own.
 #[derive(Clone, Copy, Debug)]
@@ -104,6 +108,38 @@ impl SurfaceRecords {
             word => return self.read_edge(word, text, record, losses),
         }
         Ok(true)
+    }
+
+    /// Gives the surface the value of a configuration.
+    ///
+    /// # Errors
+    /// A value that is no number, or one of a kind without a counterpart.
+    pub(crate) fn configure(&mut self, text: &LensText, operand: &Operand) -> Result<(), Fault> {
+        if operand.word == "GLSS" {
+            self.behind = match operand.value.to_ascii_uppercase().as_str() {
+                "MIRROR" => Behind::Reflected,
+                "" | "AIR" => Behind::Air,
+                _ => Behind::Glass(GlassRequest {
+                    line: operand.line,
+                    name: operand.value.clone(),
+                    maker: None,
+                    code: None,
+                    own: None,
+                }),
+            };
+            return Ok(());
+        }
+        let value = operand.number_of(text)?;
+        match operand.word.as_str() {
+            "CRVT" => self.raw.curvature = value,
+            "CONN" => self.raw.conic = value,
+            // Objects that are infinitely far have a large number here.
+            "THIC" if self.number == 0 && value >= DISTANT => self.thickness = f64::INFINITY,
+            "THIC" => self.thickness = value,
+            "SDIA" => self.semi_diameter = (value > 0.0).then_some((value, true)),
+            _ => return Err(operand.refused(text)),
+        }
+        Ok(())
     }
 
     fn read_edge(
@@ -202,6 +238,7 @@ impl SurfaceRecords {
             phase: read.phase,
             behind: self.behind,
             semi_diameter: self.semi_diameter.map(|(size, fixed)| (size * unit, fixed)),
+            clips: false,
             outline,
             blocked,
         };
