@@ -109,6 +109,16 @@ def codev_landings(model: Any, wave_nm: float, radius: float) -> list[dict[str, 
     return rays
 
 
+def behind(sequence: Any, wave_nm: float) -> float:
+    """The distance from the last surface that bends light to the last one, from which ray-optics counts."""
+    indices = [abs(float(gap.medium.rindex(wave_nm))) for gap in sequence.gaps]
+    distance, last = 0.0, len(indices) - 1
+    while last > 0 and indices[last] == indices[last - 1] and sequence.ifcs[last].interact_mode != "reflect":
+        last -= 1
+        distance += abs(float(sequence.gaps[last].thi))
+    return distance
+
+
 def codev_reference(path: Path) -> dict[str, Any]:
     """All numbers of one file of CODE V, or why ray-optics has none."""
     try:
@@ -120,14 +130,18 @@ def codev_reference(path: Path) -> dict[str, Any]:
     # Without a reference wavelength it is the middle one, of which ray-optics takes the first.
     place = spectrum.reference_wvl if stated else (len(spectrum.wavelengths) - 1) // 2
     wave_nm = float(spectrum.wavelengths[place])
+    spectrum.reference_wvl = place
     sequence = model["seq_model"]
+    # The thickness of the image is a defocus, which ray-optics keeps beside its rays.
+    sequence.gaps[-1].thi += model["optical_spec"]["focus"].focus_shift
+    model.update_model()
     found: dict[str, Any] = {"wavelength_um": wave_nm / 1e3}
     found["indices"] = [abs(float(gap.medium.rindex(wave_nm))) for gap in sequence.gaps] + [1.0]
     first = compute_first_order(model, sequence.stop_surface or 1, wave_nm).fod
     # Nothing bends the light of some files, which have a focal length of zero then.
     power = abs(float(first.efl)) > 1e-9
     found["focal_length"] = abs(float(first.efl)) if power else None
-    found["back_focal_distance"] = abs(float(first.bfl)) if power else None
+    found["back_focal_distance"] = abs(float(first.bfl)) + behind(sequence, wave_nm) if power else None
     found["rays"] = codev_landings(model, wave_nm, float(first.enp_radius))
     return found
 

@@ -99,14 +99,14 @@ class Scene:
     @staticmethod
     def import_lens(
         path: str | PathLike[str],
-        field: SupportsIndex,
-        wavelength: SupportsIndex | None,
+        numbers: tuple[SupportsIndex, SupportsIndex | None, SupportsIndex | None],
         skip_unknown: bool,
         glasses: dict[str, str],
+        glass_files: SupportsGetItem[int, str | PathLike[str]],
     ) -> tuple[Scene, str, list[str]]:
         """
         The scene of a lens file of another program, the report of what was changed and left out, and what may make the
-        scene another lens.
+        scene another lens. The numbers are those of the field, the wavelength and the configuration, from 1.
         """
     @staticmethod
     def read(path: str | PathLike[str]) -> Scene:

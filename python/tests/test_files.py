@@ -119,6 +119,27 @@ def test_a_lens_file_is_a_system(scenes: Path) -> None:
     assert raylet.load(scenes / "spider.toml").import_report == ""
 
 
+def test_a_file_of_code_v_is_a_system(scenes: Path, tmp_path: Path) -> None:
+    lens = raylet.load(scenes / "prescriptions" / "CODV_65988.seq")
+    assert "focal length (mm)                   15.018427" in lens.import_report
+    assert lens.trace(Px=[0.0, 0.2], Py=[0.0, 0.1]).arrived.all()
+    zoom = tmp_path / "ZOOM.SEQ"
+    zoom.write_text("RDM\nEPD 2\nWL 500\nYAN 0\nS 30 4 NBK7_SCHOTT\nS -60 20\nZOO 2\nZOO RDY S1 30 45\n")
+    first, second = (raylet.load(zoom, configuration=number).import_report for number in (1, 2))
+    assert "focal length (mm)                   39." in first and "focal length (mm)                   49" in second
+    with pytest.raises(raylet.RayletError, match="configuration 3 requested"):
+        raylet.load(zoom, configuration=3)
+
+
+def test_glasses_come_from_catalogues_of_the_user(scenes: Path, tmp_path: Path) -> None:
+    catalogue = tmp_path / "own.agf"
+    catalogue.write_text("NM N-SK16 2 0 1.6 60 0 1\nCD 1.5 0.01 0 0 0 0\nLD 0.3 2.5\n")
+    lens = raylet.load(scenes / "prescriptions" / "lens1.zmx", glass_files=[catalogue])
+    assert "Glass N-SK16: line 1 of own.agf" in lens.import_report
+    with pytest.raises(raylet.RayletError, match="expected a list of paths"):
+        raylet.load(scenes / "prescriptions" / "lens1.zmx", glass_files=str(catalogue))
+
+
 def test_glasses_are_refused_or_replaced(scenes: Path) -> None:
     path = scenes / "prescriptions" / "US08427765-1.ZMX"
     with pytest.raises(raylet.RayletError, match="the unknown glass L-TIM28_MOLD") as caught:

@@ -124,7 +124,7 @@ impl Choice<'_> {
                 "Glass {}: its indices are those that the file itself has.",
                 shortened(name)
             ));
-            return Ok(Material::Own(own.clone()));
+            return Ok(Material::Own((**own).clone()));
         }
         if let Some(own) = self.of_files(name, losses)? {
             return Ok(own);

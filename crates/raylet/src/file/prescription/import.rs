@@ -13,23 +13,14 @@ use crate::file::prescription::glass_file::GlassFiles;
 use crate::file::prescription::import_report::{ImportReport, Losses, ReportedNumber};
 use crate::file::prescription::lens_file::bytes_of;
 use crate::file::prescription::lens_text::LensText;
-use crate::file::prescription::scene_elements::{Elements, Fields, Laying, Rims};
+use crate::file::prescription::rim_sizes::{ATTEMPTS, Fields};
+use crate::file::prescription::scene_elements::{Elements, Laying};
 use crate::file::prescription::scene_light::{Light, assembled, shift_sensor};
 use crate::file::prescription::sequential::{ApertureRule, Behind, FieldKind, Sequential};
 use crate::file::prescription::zemax::zemax_reader::read_zemax;
 use crate::file::scene::element::Element;
 use crate::file::scene::scene_file::Scene;
 use crate::optics::paraxial::Cardinal;
-
-/// How wide rims are, from the first attempt to the last: narrower where the wider surfaces do not exist or cross. Rims that a
-/// program computed from the light of its fields end where that light ends: wider ones cut nothing of it.
-const ATTEMPTS: [Rims; 5] = [
-    Rims::of(1.05, 1.25, Fields::All),
-    Rims::of(1.0, 1.25, Fields::All),
-    Rims::of(1.0, 1.25, Fields::Chosen),
-    Rims::of(1.0, 1.02, Fields::Chosen),
-    Rims::of(1.0, 1.02, Fields::Axis),
-];
 
 /// What the user chooses of a file.
 #[derive(Clone, Debug, PartialEq)]

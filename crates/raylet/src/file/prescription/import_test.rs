@@ -379,3 +379,51 @@ fn a_stop_on_an_inner_surface_stands_in_the_plane_of_its_rim() {
         assert!((sensor - 8.0).abs() < 1e-12);
     }
 }
+
+/// Values of the second of two configurations, and faults of those that have no counterpart.
+#[test]
+fn configurations_have_their_values() {
+    let tail = |operands: &str| {
+        format!(
+            "{}MNUM 2 1\nMOFF   0   1 \"\" 0 0 0 1 1 0 0.0 \"\" 0\n{operands}",
+            system_of("ENPD 3\nFTYP 0 0 1 2\nXFLN 0\nYFLN 0", IDEAL)
+        )
+    };
+    let operands = "THIC   2   1 10 0 0 0 1 1 1 0 0 \"\" 0\nTHIC   2   2 14.5 0 0 0 1 1 1 0 0 \"\" 0\nAPER   0   2 2 0 0\nWAVE 1 2 0.7\n\
+                    YFIE 1 2 5\nGLSS 3 2 \"\" 0\nFVDY 1 2 0.1\n";
+    let at = |text: &str, configuration| {
+        let choices = ImportChoices {
+            configuration,
+            ..ImportChoices::default()
+        };
+        import_bytes(text.as_bytes(), Path::new("a.zmx"), &choices)
+    };
+    let text = tail(operands);
+    for (wanted, thickness, radius, wave) in [
+        (None, 10.0, 1.5, 0.5),
+        (Some(1), 10.0, 1.5, 0.5),
+        (Some(2), 14.5, 1.0, 0.7),
+    ] {
+        let lens = at(&text, wanted).unwrap();
+        assert_eq!(lens.scene.element[0].thickness_mm(), Some(thickness));
+        assert!((stop_radius(&lens.scene) - radius).abs() < 1e-12);
+        assert_eq!(lens.scene.wavelength_um, [wave]);
+    }
+    for (operands, wanted, found) in [
+        (
+            operands,
+            3,
+            "found 2 configurations, and configuration 3 requested",
+        ),
+        (
+            "PRAM 2 2 1 0 0 0 1\n",
+            2,
+            "found the value PRAM of a configuration",
+        ),
+        ("THIC 9 2 1\n", 2, "found the value THIC of a configuration"),
+        ("CRVT 2 2 x\n", 2, "found x of CRVT"),
+    ] {
+        let fault = at(&tail(operands), Some(wanted)).unwrap_err().to_string();
+        assert!(fault.contains(found), "{fault}");
+    }
+}

@@ -13,6 +13,8 @@
 //! | `glass_file` | Glasses of users: catalogues in the format of Zemax (.agf) |
 //! | `glass_choice` | The media of a prescription: by names of the catalogue, or by numbers of the file |
 //! | `first_order` | First-order optics of a prescription: pupils, the size of its stop |
+//! | `rim_sizes` | How wide the rims of surfaces are that a file does not fix |
+//! | `element_parts` | Parts of a scene's elements that an import makes and alters: rims, names, distances |
 //! | `scene_elements` | The elements of a scene from the surfaces of a prescription |
 //! | `scene_light` | The light and the sensor of a scene from a prescription |
 //! | `scene_text` | A scene as the text of a file that people read |
@@ -24,6 +26,7 @@
 //! | `mutations_test` | Tests: altered lens files give a scene or an error |
 
 pub(crate) mod codev;
+pub(crate) mod element_parts;
 pub(crate) mod first_order;
 pub(crate) mod formula_table;
 pub(crate) mod glass_choice;
@@ -41,6 +44,7 @@ pub(crate) mod optiland_test;
 pub(crate) mod outline;
 #[cfg(test)]
 mod rayoptics_test;
+pub(crate) mod rim_sizes;
 pub(crate) mod scene_elements;
 pub(crate) mod scene_light;
 pub mod scene_text;

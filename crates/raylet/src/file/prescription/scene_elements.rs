@@ -3,18 +3,21 @@
 use std::collections::BTreeSet;
 
 use crate::file::decode::fault::Fault;
+use crate::file::prescription::element_parts::{
+    disc, height, hollow, name, rim, set_thickness, widen,
+};
 use crate::file::prescription::first_order::FirstOrder;
 use crate::file::prescription::glass_choice::MediumBehind;
 use crate::file::prescription::import_report::Losses;
 use crate::file::prescription::lens_text::LensText;
+use crate::file::prescription::rim_sizes::Rims;
 use crate::file::prescription::sequential::{Action, Behind, Face, Sequential, Turn};
-use crate::file::scene::aperture::{Aperture, Disc};
+use crate::file::scene::aperture::Aperture;
 use crate::file::scene::element::{
     CoordinateBreak, Coordinates, DoeElement, Element, MirrorElement, ParaxialLens, StopElement,
     SurfaceElement,
 };
 use crate::file::scene::material::Material;
-use crate::file::scene::surface_shape::SurfaceShape;
 use crate::optics::assembly::part_check::expected_heading;
 
 /// How much wider than the light the aperture before a lens is.
@@ -45,54 +48,6 @@ pub(crate) struct Laying<'a> {
     pub steepest: f64,
     /// How wide rims are that the file does not fix.
     pub rims: Rims,
-}
-
-/// How wide rims are that the file does not fix.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) struct Rims {
-    /// Factor on semi-diameters that the program computed from the light.
-    pub computed: f64,
-    /// Factor on the paraxial light where the file has no semi-diameter.
-    pub missing: f64,
-    /// Whose light that is.
-    pub fields: Fields,
-}
-
-/// Fields whose light goes through rims.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) enum Fields {
-    /// All of the file.
-    All,
-    /// That of the scene.
-    Chosen,
-    /// The axis alone.
-    Axis,
-}
-
-impl Rims {
-    /// Rims of these factors.
-    pub(crate) const fn of(computed: f64, missing: f64, fields: Fields) -> Self {
-        Self {
-            computed,
-            missing,
-            fields,
-        }
-    }
-
-    /// What rims without a semi-diameter in the file are, in a sentence.
-    fn sentence(self) -> String {
-        let fields = match self.fields {
-            Fields::All => "of all fields",
-            Fields::Chosen => "of the chosen field; those of all fields do not fit the surfaces",
-            Fields::Axis => {
-                "on the axis; those of the chosen field do not fit the surfaces, and cut its light"
-            }
-        };
-        format!(
-            "Rims of surfaces without a semi-diameter in the file are {:.0} % wider than the paraxial light {fields}.",
-            100.0 * (self.missing - 1.0)
-        )
-    }
 }
 
 impl Laying<'_> {
@@ -381,8 +336,7 @@ impl Laying<'_> {
                 let [marginal, chief] = self.first.heights(i, [self.steepest, 0.0]);
                 let light = self.rims.missing * (marginal + chief);
                 losses.change(self.rims.sentence());
-                let size = light.max(0.1 * self.first.pupil_diameter);
-                size
+                light.max(0.1 * self.first.pupil_diameter)
             }
         }
     }
@@ -542,75 +496,4 @@ pub(crate) fn breaks(turn: Turn) -> Vec<CoordinateBreak> {
         used.push(idle);
     }
     used
-}
-
-fn disc(radius_mm: f64) -> Aperture {
-    Aperture {
-        disc: Some(Disc {
-            radius_mm,
-            centre_mm: [0.0; 2],
-        }),
-        ..Aperture::default()
-    }
-}
-
-/// A centred disc as the radius of a rim, or another aperture.
-fn rim(aperture: Aperture) -> (Option<f64>, Option<Aperture>) {
-    let radius = aperture.disc.as_ref().map(|disc| disc.radius_mm);
-    match radius {
-        Some(radius) if aperture == disc(radius) => (Some(radius), None),
-        _ => (None, Some(aperture)),
-    }
-}
-
-/// How far a first surface comes towards the light at a radius in mm.
-fn hollow(element: &Element, radius: f64) -> f64 {
-    height(element, radius).map_or(0.0, |height| (-height).max(0.0))
-}
-
-/// The height of a surface over its vertex in mm at a radius, the lower one of those along x and y; none where there is none.
-fn height(element: &Element, radius: f64) -> Option<f64> {
-    let curve: SurfaceShape<'_> = match element {
-        Element::Surface(one) => one.surface_shape(),
-        Element::Mirror(one) => one.surface_shape(),
-        Element::Doe(one) => one.surface_shape(),
-        _ => return None,
-    };
-    let shape = curve.optics(None)?;
-    let [x, y] = [shape.sag(radius, 0.0)?, shape.sag(0.0, radius)?];
-    Some(x.min(y))
-}
-
-/// Gives a surface a centred rim of this radius in mm.
-fn widen(element: &mut Element, radius: f64) {
-    let rim = match element {
-        Element::Surface(one) => &mut one.semi_aperture_mm,
-        Element::Mirror(one) => &mut one.semi_aperture_mm,
-        _ => return,
-    };
-    *rim = Some(radius);
-}
-
-fn set_thickness(element: &mut Element, thickness: f64) {
-    match element {
-        Element::Doe(any) => any.thickness_mm = Some(thickness),
-        Element::Lens(any) => any.thickness_mm = Some(thickness),
-        Element::Surface(any) => any.thickness_mm = Some(thickness),
-        Element::Mirror(any) => any.thickness_mm = Some(thickness),
-        Element::ParaxialLens(any) => any.thickness_mm = Some(thickness),
-        Element::Stop(any) => any.thickness_mm = Some(thickness),
-        Element::CoordinateBreak(any) => any.thickness_mm = thickness,
-        Element::Sensor(_) => {}
-    }
-}
-
-fn name(element: &mut Element, word: String) {
-    match element {
-        Element::Doe(any) => any.name = Some(word),
-        Element::Surface(any) => any.name = Some(word),
-        Element::Mirror(any) => any.name = Some(word),
-        Element::ParaxialLens(any) => any.name = Some(word),
-        Element::Stop(any) => any.name = Some(word),
-        _ => {}
-    }
 }

@@ -147,7 +147,7 @@ pub(crate) struct GlassRequest {
     /// Index at the d line and Abbe number, where the file states them; an Abbe number of zero stands for none.
     pub code: Option<[f64; 2]>,
     /// Its indices, where the file itself has them.
-    pub own: Option<OwnMedium>,
+    pub own: Option<Box<OwnMedium>>,
 }
 
 impl Face {

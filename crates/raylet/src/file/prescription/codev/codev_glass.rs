@@ -104,7 +104,7 @@ impl PrivateGlasses {
         };
         Ok(Behind::Glass(match self.defined.get(&upper) {
             Some(Ok(own)) => GlassRequest {
-                own: Some(own.clone()),
+                own: Some(Box::new(own.clone())),
                 ..plain
             },
             Some(Err(found)) => {

@@ -353,15 +353,10 @@ impl Reading<'_> {
                 stop = list.len() + own;
             }
             if number == image {
-                // The thickness of the image is a defocus: it stands that far behind, on its own axis.
-                let defocus = surface.thickness * around.unit;
+                // The thickness of the image is a defocus: it stands that far behind, before its own shift and tilt.
                 faces.truncate(own + 1);
-                let before = match faces.first_mut() {
-                    Some(turn) if own > 0 => Some(turn),
-                    _ => list.last_mut(),
-                };
-                if let Some(face) = before {
-                    face.thickness_mm += defocus;
+                if let Some(before) = list.last_mut() {
+                    before.thickness_mm += surface.thickness * around.unit;
                 }
                 if let Some(face) = faces.last_mut() {
                     face.thickness_mm = 0.0;
