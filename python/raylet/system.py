@@ -73,7 +73,14 @@ def load(
         )
         for doubt in doubts:
             warnings.warn(doubt, stacklevel=2)
-    elif (field, wavelength, configuration, skip_unknown, glasses, tuple(glass_files)) != (1, None, None, False, None, ()):
+    elif (field, wavelength, configuration, skip_unknown, glasses, tuple(glass_files)) != (
+        1,
+        None,
+        None,
+        False,
+        None,
+        (),
+    ):
         raise RayletError(
             "raylet.load: field, wavelength, configuration, skip_unknown, glasses and glass_files are for lens files "
             "(.zmx, .seq) alone"

@@ -39,6 +39,11 @@ pub fn chief_landing(system: &System) -> Option<ChiefLanding> {
     })
 }
 
+/// Where the chief ray meets the first screen, in mm on its axes, whatever the edges; nothing where there is none.
+pub fn chief_entry(system: &System) -> Option<[f64; 2]> {
+    chief_start(system, &system.without_edges())
+}
+
 /// The chief ray on the sensor.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ChiefLanding {

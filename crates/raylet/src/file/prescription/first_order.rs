@@ -158,7 +158,7 @@ fn pupil_radius(
             let stop = lens.surface.get(lens.stop);
             let Some((size, _)) = stop.and_then(|stop| stop.semi_diameter) else {
                 return Err(NoPupil(
-                    "an aperture given by the stop, whose surface has no semi-diameter (DIAM)",
+                    "an aperture given by the stop, whose surface has no semi-diameter",
                 ));
             };
             size / height_at(unit, lens.stop - 1).abs()

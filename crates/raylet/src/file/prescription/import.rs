@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
-use crate::engine::geometrical::chief_ray::chief_landing;
+use crate::engine::geometrical::chief_ray::{chief_entry, chief_landing};
 use crate::file::decode::fault::{Fault, shortened};
 use crate::file::model::build::system;
 use crate::file::prescription::codev::codev_reader::read_codev;
@@ -12,6 +12,7 @@ use crate::file::prescription::glass_choice::{GlassSources, MediumBehind, media}
 use crate::file::prescription::glass_file::GlassFiles;
 use crate::file::prescription::import_report::{ImportReport, Losses, ReportedNumber};
 use crate::file::prescription::lens_file::bytes_of;
+use crate::file::prescription::lens_table::read_table;
 use crate::file::prescription::lens_text::LensText;
 use crate::file::prescription::rim_sizes::{ATTEMPTS, Fields};
 use crate::file::prescription::scene_elements::{Elements, Laying};
@@ -70,6 +71,8 @@ enum Format {
     Zemax,
     /// A file of CODE V.
     CodeV,
+    /// A table of surfaces.
+    Table,
 }
 
 impl Format {
@@ -79,6 +82,7 @@ impl Format {
         match end.to_ascii_lowercase().as_str() {
             "zmx" => Ok(Self::Zemax),
             "seq" => Ok(Self::CodeV),
+            "csv" => Ok(Self::Table),
             _ => {
                 let found = format!("a file that ends with .{}", shortened(&end));
                 Err(Fault::of_file(path, found, KINDS))
@@ -88,9 +92,10 @@ impl Format {
 }
 
 /// The lens files that are read, in words.
-const KINDS: &str = "a lens file of OpticStudio (.zmx) or CODE V (.seq)";
+const KINDS: &str =
+    "a lens file of OpticStudio (.zmx) or CODE V (.seq), or a table of surfaces (.csv)";
 
-/// Reads a lens file of Zemax (.zmx) or CODE V (.seq).
+/// Reads a lens file of Zemax (.zmx) or CODE V (.seq), or a table of surfaces (.csv).
 ///
 /// # Errors
 /// A file that cannot be read, or the first fault of its text with its line.
@@ -114,6 +119,7 @@ pub fn import_bytes(
     let read = match Format::of(path)? {
         Format::Zemax => read_zemax,
         Format::CodeV => read_codev,
+        Format::Table => read_table,
     };
     let lens = read(
         &text,
@@ -185,6 +191,27 @@ fn focused(
     Ok(lens)
 }
 
+/// Centres an aperture before the lens on the chief ray where that would miss it, as before mirrors off their axes; false where it
+/// stays.
+fn centre_aperture(scene: &mut Scene, entry: Option<[f64; 2]>, losses: &mut Losses) -> bool {
+    let (Some(Element::Stop(stop)), Some([x, y])) = (scene.element.first_mut(), entry) else {
+        return false;
+    };
+    let Some(disc) = &mut stop.aperture.disc else {
+        return false;
+    };
+    let distance = x.hypot(y);
+    let aside = distance > disc.radius_mm && distance.is_finite();
+    if stop.name.as_deref() != Some("aperture") || !aside {
+        return false;
+    }
+    disc.centre_mm = [x, y].map(|at| (at * 1e9).round() / 1e9 + 0.0);
+    losses.change(format!(
+        "The aperture before the first element is centred on the chief ray, at ({x:.6}, {y:.6}) mm."
+    ));
+    true
+}
+
 /// How many there are of something, in words.
 fn counted(count: usize, what: &str) -> String {
     let end = if count == 1 { "" } else { "s" };
@@ -230,8 +257,13 @@ struct Import<'a> {
 impl Import<'_> {
     /// The scene, its sensor under the chief ray, and where its first element stands.
     fn scene(&self, losses: &mut Losses) -> Result<(Scene, f64), Fault> {
-        let (scene, lines, start) = self.checked_scene(losses)?;
-        let made = system(&scene, 0).map_err(|fault| self.addressed(&fault, &lines))?;
+        let (mut scene, lines, start) = self.checked_scene(losses)?;
+        let built =
+            |scene: &Scene| system(scene, 0).map_err(|fault| self.addressed(&fault, &lines));
+        let mut made = built(&scene)?;
+        if centre_aperture(&mut scene, chief_entry(&made), losses) {
+            made = built(&scene)?;
+        }
         let shift = match chief_landing(&made) {
             Some(landing) => landing.at,
             None => {

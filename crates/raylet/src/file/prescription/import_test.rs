@@ -3,7 +3,8 @@
 use std::path::Path;
 
 use crate::file::model::build::system;
-use crate::file::prescription::import::{ImportChoices, ImportedLens, import_bytes};
+use crate::file::prescription::import::{ImportChoices, ImportedLens, import_bytes, import_lens};
+use crate::file::prescription::optiland_test::folder;
 use crate::file::prescription::scene_text::concise_toml;
 use crate::file::prescription::shapes_test::{file, imported, refused};
 use crate::file::scene::element::Element;
@@ -426,4 +427,25 @@ fn configurations_have_their_values() {
         let fault = at(&tail(operands), Some(wanted)).unwrap_err().to_string();
         assert!(fault.contains(found), "{fault}");
     }
+}
+
+/// Lens files of other projects, all that are shipped; one of them names a glass that the catalogue has under another name.
+#[test]
+fn every_shipped_file_is_a_scene() {
+    let glasses = [("L-TIM28_MOLD".to_owned(), "OHARA:L-TIM28".to_owned())].into();
+    let choices = ImportChoices {
+        glasses,
+        ..ImportChoices::default()
+    };
+    let mut count = 0;
+    for entry in std::fs::read_dir(folder()).unwrap() {
+        let path = entry.unwrap().path();
+        let end = path.extension().unwrap().to_string_lossy().to_lowercase();
+        if ["zmx", "seq"].contains(&end.as_str()) {
+            let lens = import_lens(&path, &choices).unwrap_or_else(|fault| panic!("{fault}"));
+            assert!(system(&lens.scene, 0).is_ok());
+            count += 1;
+        }
+    }
+    assert!(count >= 48, "{count}");
 }

@@ -10,6 +10,7 @@
 //! | `formula_table` | A formula of dispersion as the table of indices that a scene can hold |
 //! | `zemax` | Files of Zemax and OpticStudio (.zmx) |
 //! | `codev` | Files of CODE V (.seq) |
+//! | `lens_table` | A table of surfaces (.csv) as a sequential prescription |
 //! | `glass_file` | Glasses of users: catalogues in the format of Zemax (.agf) |
 //! | `glass_choice` | The media of a prescription: by names of the catalogue, or by numbers of the file |
 //! | `first_order` | First-order optics of a prescription: pupils, the size of its stop |
@@ -36,6 +37,7 @@ pub mod import_report;
 #[cfg(test)]
 mod import_test;
 pub(crate) mod lens_file;
+pub(crate) mod lens_table;
 pub(crate) mod lens_text;
 #[cfg(test)]
 mod mutations_test;
