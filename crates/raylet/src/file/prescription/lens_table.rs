@@ -125,7 +125,6 @@ impl Table {
         };
         let mut stop = false;
         for (column, cell) in self.columns.iter().zip(parts) {
-            let blank = cell.is_empty();
             match column.as_str() {
                 "glass" => face.behind = behind(line, cell),
                 "name" => {
@@ -133,31 +132,15 @@ impl Table {
                     stop |= cell.to_ascii_lowercase().contains("stop");
                 }
                 "stop" => {
-                    stop |= !matches!(
-                        cell.to_ascii_lowercase().as_str(),
-                        "" | "0" | "no" | "false"
-                    )
+                    let no = ["", "0", "no", "false"];
+                    stop |= !no.contains(&cell.to_ascii_lowercase().as_str());
                 }
-                _ if blank => {}
-                "radius" if cell.to_ascii_lowercase().starts_with("inf") => {}
-                "radius" => {
-                    let radius = text.number(cell)?;
-                    curve.curvature = if radius == 0.0 { 0.0 } else { 1.0 / radius };
-                }
-                "curvature" => curve.curvature = text.number(cell)?,
-                "thickness" => face.thickness_mm = text.number(cell)?,
-                "semi_diameter" => {
+                "thickness" if !cell.is_empty() => face.thickness_mm = text.number(cell)?,
+                "semi_diameter" if !cell.is_empty() => {
                     let size = text.number(cell)?;
                     face.semi_diameter = (size > 0.0).then_some((size, true));
                 }
-                "conic" => curve.conic = text.number(cell)?,
-                other => {
-                    let place =
-                        power(other).and_then(|power| curve.aspheric.get_mut(power / 2 - 2));
-                    if let Some(place) = place {
-                        *place = text.number(cell)?;
-                    }
-                }
+                column => read_shape(&mut curve, text, column, cell)?,
             }
         }
         while curve.aspheric.last() == Some(&0.0) {
@@ -216,6 +199,27 @@ impl Table {
             focused: None,
         })
     }
+}
+
+/// Reads a cell of a surface's shape; nothing in it, or another column, changes nothing.
+fn read_shape(curve: &mut Curve, text: &LensText, column: &str, cell: &str) -> Result<(), Fault> {
+    match column {
+        _ if cell.is_empty() => {}
+        "radius" if cell.to_ascii_lowercase().starts_with("inf") => {}
+        "radius" => {
+            let radius = text.number(cell)?;
+            curve.curvature = if radius == 0.0 { 0.0 } else { 1.0 / radius };
+        }
+        "curvature" => curve.curvature = text.number(cell)?,
+        "conic" => curve.conic = text.number(cell)?,
+        other => {
+            let place = power(other).and_then(|power| curve.aspheric.get_mut(power / 2 - 2));
+            if let Some(place) = place {
+                *place = text.number(cell)?;
+            }
+        }
+    }
+    Ok(())
 }
 
 /// The cells of a row, between commas or, where there are none, semicolons.
