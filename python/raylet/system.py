@@ -44,8 +44,8 @@ def load(
     glasses: Mapping[str, str] | None = None,
     glass_files: Sequence[str | os.PathLike[str]] = (),
 ) -> System:
-    """The system of a scene file (TOML), with every array that it names, or of a lens file of OpticStudio (.zmx) or
-    CODE V (.seq).
+    """The system of a scene file (TOML), with every array that it names, or of a lens file: of OpticStudio (.zmx),
+    of CODE V (.seq), or a table of surfaces (.csv).
 
     >>> import raylet
     >>> system = raylet.load("scenes/spider.toml")
@@ -57,7 +57,7 @@ def load(
     out, and a warning what may make it another lens.
     """
     report = ""
-    if os.fspath(path).lower().endswith((".zmx", ".seq")):
+    if os.fspath(path).lower().endswith((".zmx", ".seq", ".csv")):
         for name, value in (("field", field), ("wavelength", wavelength), ("configuration", configuration)):
             given = value is not None or name == "field"
             if given and (not isinstance(value, int) or value < 1):
@@ -83,7 +83,7 @@ def load(
     ):
         raise RayletError(
             "raylet.load: field, wavelength, configuration, skip_unknown, glasses and glass_files are for lens files "
-            "(.zmx, .seq) alone"
+            "(.zmx, .seq, .csv) alone"
         )
     else:
         scene = _raylet.Scene.read(os.fspath(path))

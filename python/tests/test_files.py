@@ -131,6 +131,15 @@ def test_a_file_of_code_v_is_a_system(scenes: Path, tmp_path: Path) -> None:
         raylet.load(zoom, configuration=3)
 
 
+def test_a_table_is_a_system(tmp_path: Path) -> None:
+    table = tmp_path / "lens.csv"
+    rows = ["name,radius,thickness,glass,semi_diameter", "stop,,5,,4", "front,50,3,N-BK7,6", "back,-50,40,,6"]
+    table.write_text("\n".join(rows))
+    lens = raylet.load(table)
+    assert "focal length (mm)                   48." in lens.import_report
+    assert lens.trace(Px=[0.0, 0.5], Py=[0.0, 0.5]).arrived.all()
+
+
 def test_glasses_come_from_catalogues_of_the_user(scenes: Path, tmp_path: Path) -> None:
     catalogue = tmp_path / "own.agf"
     catalogue.write_text("NM N-SK16 2 0 1.6 60 0 1\nCD 1.5 0.01 0 0 0 0\nLD 0.3 2.5\n")

@@ -11,7 +11,8 @@ use raylet::file::storage::own_file::{OwnFile, Replace};
 use crate::failure::Failure;
 use crate::say::{complain, say};
 
-/// Makes a scene of a lens file of OpticStudio (.zmx) or CODE V (.seq), and reports what was changed and left out.
+/// Makes a scene of a lens file of OpticStudio (.zmx) or CODE V (.seq), or of a table of surfaces (.csv), and reports what was
+/// changed and left out.
 #[derive(Args)]
 pub(crate) struct Import {
     /// The lens file.
