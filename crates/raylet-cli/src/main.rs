@@ -10,6 +10,7 @@
 //! | `design` | `raylet design SCENE`: phases and parameters of the system, found by gradients |
 //! | `gradcheck` | `raylet gradcheck SCENE`: whether the gradients of a design are those of its loss |
 //! | `import` | `raylet import LENS`: a scene from the file of a program for lens design |
+//! | `export` | `raylet export SOURCE -o FILE`: an element as files that foundries and other programs take |
 //! | `schema` | `raylet schema`: the JSON Schema of scene files |
 //! | `paper` | `raylet paper NAME`: a study of the source paper, done again |
 //! | `overrides` | Choices on the command line that take the place of the scene's |
@@ -39,6 +40,7 @@ mod absent;
 mod check;
 mod compare;
 mod design;
+mod export;
 mod failure;
 mod gradcheck;
 mod hologram;
@@ -84,6 +86,7 @@ enum Verb {
     Design(design::Design),
     Gradcheck(gradcheck::Gradcheck),
     Import(import::Import),
+    Export(export::Export),
     Schema(schema::Schema),
     Paper(paper::Paper),
 }
@@ -123,6 +126,7 @@ fn run(verb: &Verb) -> Result<(), Failure> {
         Verb::Design(verb) => verb.run(),
         Verb::Gradcheck(verb) => verb.run(),
         Verb::Import(verb) => verb.run(),
+        Verb::Export(verb) => verb.run(),
         Verb::Schema(verb) => verb.run(),
         Verb::Paper(verb) => verb.run(),
     }

@@ -8,10 +8,12 @@
 //! | [`scene`] | The content of a scene file |
 //! | [`model`] | From a scene to the system, hologram or design that it describes |
 //! | [`prescription`] | Prescriptions of other programs for lens design, read into scenes |
+//! | [`fabrication`] | Files that foundries and other programs take of an element |
 //! | [`result`] | What a run leaves behind: its document, its fields, and how alike two of them are |
 
 pub mod arrays;
 pub mod decode;
+pub mod fabrication;
 pub mod model;
 pub mod prescription;
 pub mod result;

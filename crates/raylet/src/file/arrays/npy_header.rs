@@ -68,6 +68,11 @@ impl Header {
         self.descriptor.trim_start_matches(['<', '>', '|', '='])
     }
 
+    /// Whether the highest byte of a number comes first.
+    pub(crate) fn is_big_endian(&self) -> bool {
+        self.descriptor.starts_with('>')
+    }
+
     /// Number of elements; the largest number where there are more.
     pub(crate) fn count(&self) -> u64 {
         let lengths = self.shape.iter().map(|length| *length as u64);

@@ -5,12 +5,12 @@
 
 use std::ffi::OsString;
 use std::fs;
-use std::io;
+use std::io::{self, Write};
 use std::path::{Path, PathBuf};
 
 use crate::file::decode::fault::Fault;
 use crate::file::storage::folder::hold;
-use crate::file::storage::hidden::{Hidden, unwritable};
+use crate::file::storage::hidden::{Fill, Hidden, unwritable};
 use crate::file::storage::lock::Lock;
 use crate::file::storage::parent_folders::{below, standing};
 use crate::file::storage::seal::Checksum;
@@ -90,16 +90,28 @@ impl OwnFile {
     /// # Errors
     /// Another file has come to stand there, or an error of the file system.
     pub fn write(&self, content: &[u8]) -> Result<(), Fault> {
-        let refuse = |error: io::Error| unwritable(&self.path, &error);
+        self.fill(&|file| file.write_all(content))
+    }
+
+    /// The same with what `fill` writes, of which no copy is in memory. A fault may be within the error of `fill`.
+    ///
+    /// # Errors
+    /// Another file has come to stand there, an error of `fill`, or one of the file system.
+    pub(crate) fn fill(&self, fill: Fill) -> Result<(), Fault> {
+        let refuse = |error: io::Error| match error.downcast::<Fault>() {
+            Ok(fault) => fault,
+            Err(error) => unwritable(&self.path, &error),
+        };
         let check = |path: &Path| check_occupant(path, self.replace);
         check(&self.path)?;
 
         // The record comes first, with both contents: whichever stands here if the run is killed is raylet's.
-        let mut contents = vec![Checksum::of(content)];
-        contents.extend(recorded(&self.path).map_err(refuse)?);
         let place = record(&self.path);
         let (file, note) = (Hidden::beside(&self.path)?, Hidden::beside(&place)?);
-        file.write(None, content).map_err(refuse)?;
+        let draft = file.fill(None, fill).map_err(refuse)?;
+        let mut contents: Vec<Checksum> = Vec::new();
+        contents.extend(Checksum::of_file(&draft).map_err(refuse)?);
+        contents.extend(recorded(&self.path).map_err(refuse)?);
         let text = text(&self.path, &contents);
         note.write(None, text.as_bytes()).map_err(refuse)?;
         note.reveal(&place, &|place| check_record(place, self.replace))?;

@@ -1,0 +1,437 @@
+//! An element as files that a foundry takes: the source, the format, and the report.
+
+use std::cell::RefCell;
+use std::fs::File;
+use std::io::{self, BufWriter, Write};
+use std::path::Path;
+
+use crate::file::arrays::array::BorrowedArray;
+use crate::file::decode::fault::Fault;
+use crate::file::fabrication::cell_rows::Cells;
+use crate::file::fabrication::element_cells::{
+    array_cells, element_cells, is_analytic, mask_cells,
+};
+use crate::file::fabrication::export_choices::{ExportChoices, Masks, Quantity};
+use crate::file::fabrication::export_report::{ExportReport, short};
+use crate::file::fabrication::gds_writer::{Shapes, write_gds};
+use crate::file::fabrication::height_image::GreyScale;
+use crate::file::fabrication::level_survey::{Survey, survey};
+use crate::file::fabrication::levels::{Levels, plan_levels, spread};
+use crate::file::fabrication::made_values::{MadeRange, MadeValues};
+use crate::file::fabrication::mask_plan::MaskPlan;
+use crate::file::fabrication::stl::ReliefGrid;
+use crate::file::fabrication::value_files::{FEWEST_POINTS, write_csv, write_dat, write_npy};
+use crate::file::model::scene_arrays::Arrays;
+use crate::file::scene::scene_file::Scene;
+use crate::file::storage::hidden::unwritable;
+use crate::file::storage::own_file::{OwnFile, Replace};
+
+/// Where the cells come from.
+#[derive(Clone, Copy, Debug)]
+pub enum ExportSource<'a, 'l> {
+    /// A scene (.toml), an array (.npy, .npz) or a mask file (.gds).
+    File(&'a Path),
+    /// An array [y, x] in memory.
+    Array(BorrowedArray<'a>),
+    /// A scene in memory, with its arrays.
+    Scene(&'a Scene, &'a Arrays<'l>),
+}
+
+/// The formats, by the ends of their names.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Format {
+    Gds,
+    Stl,
+    Png,
+    Csv,
+    Dat,
+    Npy,
+}
+
+/// Names of files that can be written.
+const EXTENSIONS: &str = "a name ending in .gds, .stl, .png, .csv, .dat or .npy";
+
+impl Format {
+    fn of(path: &Path) -> Result<Self, Fault> {
+        let extension = path.extension().and_then(|end| end.to_str()).unwrap_or("");
+        match extension.to_ascii_lowercase().as_str() {
+            "gds" => Ok(Self::Gds),
+            "stl" => Ok(Self::Stl),
+            "png" => Ok(Self::Png),
+            "csv" => Ok(Self::Csv),
+            "dat" => Ok(Self::Dat),
+            "npy" => Ok(Self::Npy),
+            _ => {
+                let found = format!("the extension `{extension}`");
+                Err(Fault::of_file(path, found, EXTENSIONS))
+            }
+        }
+    }
+}
+
+/// Writes the element of a source to a file, whose name decides on the format.
+///
+/// # Errors
+/// A source that cannot be read, choices that do not fit, or a file that may not be replaced or cannot be written.
+pub fn export_element(
+    source: ExportSource<'_, '_>,
+    target: &Path,
+    choices: &ExportChoices,
+) -> Result<ExportReport, Fault> {
+    let format = Format::of(target)?;
+    choices.check(target)?;
+    // A place that cannot be written is refused before the work begins.
+    let file = OwnFile::claim(target, Replace::any_if(choices.overwrite))?;
+    let export = Export {
+        file: &file,
+        format,
+        choices,
+    };
+    match source {
+        ExportSource::File(path) if has_extension(path, "toml") => {
+            let scene = Scene::open(path)?;
+            let scene = match is_analytic(&scene, choices)? {
+                true => scene.load()?,
+                false => scene,
+            };
+            export.write(element_cells(&scene, &scene.arrays, choices)?)
+        }
+        ExportSource::File(path) if has_extension(path, "gds") => {
+            export.write(mask_cells(path, choices)?)
+        }
+        ExportSource::File(path) => export.write(array_cells(path, None, choices)?),
+        ExportSource::Array(array) => {
+            export.write(array_cells(Path::new("array"), Some(array), choices)?)
+        }
+        ExportSource::Scene(scene, arrays) => export.write(element_cells(scene, arrays, choices)?),
+    }
+}
+
+/// Whether the name of a file ends so.
+pub(crate) fn has_extension(path: &Path, extension: &str) -> bool {
+    path.extension()
+        .is_some_and(|end| end.eq_ignore_ascii_case(extension))
+}
+
+/// One export: what is written where.
+struct Export<'a> {
+    file: &'a OwnFile,
+    format: Format,
+    choices: &'a ExportChoices,
+}
+
+impl Export<'_> {
+    /// Writes the file.
+    fn write(&self, mut cells: Cells) -> Result<ExportReport, Fault> {
+        self.complete(&mut cells);
+        let mut report = ExportReport::default();
+        let [nx, ny] = cells.size();
+        let [dx, dy] = cells.pitch_um;
+        let [width, height] = [nx as f64 * dx * 1e-3, ny as f64 * dy * 1e-3];
+        report.line(
+            "Cells",
+            format!("{nx} x {ny} of {} x {} µm", short(dx), short(dy)),
+        );
+        report.line("Size", format!("{} x {} mm", short(width), short(height)));
+        report.number("cells", nx as f64 * ny as f64);
+        match self.format {
+            Format::Gds => self.gds(&mut cells, &mut report)?,
+            Format::Stl => self.relief(&mut cells, &mut report)?,
+            Format::Png => self.picture(&mut cells, &mut report)?,
+            Format::Csv => {
+                let made = self.values(&mut cells, &mut report)?;
+                self.stream(|out| write_csv(out, &mut cells, &made))?;
+            }
+            Format::Dat => self.grid(&mut cells, &mut report)?,
+            Format::Npy => {
+                let made = self.values(&mut cells, &mut report)?;
+                self.stream(|out| write_npy(out, &mut cells, &made))?;
+            }
+        }
+        report.lost.append(&mut cells.losses);
+        Ok(report)
+    }
+
+    /// Adds to the cells what the choices say of them.
+    fn complete(&self, cells: &mut Cells) {
+        let choices = self.choices;
+        cells.mirror = choices.mirror;
+        let relief = &mut cells.relief;
+        relief.wavelength_um = choices.wavelength_um.or(relief.wavelength_um);
+        relief.stated_depth_um = choices.depth_um;
+        if let Some(index) = choices.index {
+            relief.step = Some(index - choices.ambient_index.unwrap_or(1.0));
+        }
+    }
+
+    /// Writes the file by a function of a buffered stream.
+    fn stream<T>(
+        &self,
+        write: impl FnOnce(&mut BufWriter<&mut File>) -> io::Result<T>,
+    ) -> Result<T, Fault> {
+        let (write, made) = (RefCell::new(Some(write)), RefCell::new(None));
+        self.file.fill(&|file| {
+            let mut out = BufWriter::with_capacity(1 << 20, file);
+            if let Some(write) = write.take() {
+                made.replace(Some(write(&mut out)?));
+            }
+            out.flush()
+        })?;
+        let nothing = || Fault::of_file(self.file.path(), "nothing", "a file that is written");
+        made.into_inner().ok_or_else(nothing)
+    }
+
+    /// A mask file.
+    fn gds(&self, cells: &mut Cells, report: &mut ExportReport) -> Result<(), Fault> {
+        let found = spread(cells)?;
+        let levels = plan_levels(cells, &found, self.choices)?;
+        let plan = MaskPlan::new(
+            self.file.path(),
+            cells.size(),
+            cells.pitch_um,
+            levels.count,
+            self.choices,
+        )?;
+        let survey = survey(cells, &levels)?;
+        report_levels(report, cells, &levels, &survey);
+        let shapes = self.stream(|out| write_gds(out, cells, &levels, &plan, survey.tile))?;
+        report_masks(report, cells, &levels, &plan, &shapes);
+        Ok(())
+    }
+
+    /// The values of a file that holds any of them.
+    fn values(&self, cells: &mut Cells, report: &mut ExportReport) -> Result<MadeValues, Fault> {
+        let made = MadeValues::plan(cells, self.choices, self.choices.as_height)?;
+        let found = made.range(cells)?;
+        report_values(report, cells, &made, &found);
+        Ok(made)
+    }
+
+    /// A closed surface.
+    fn relief(&self, cells: &mut Cells, report: &mut ExportReport) -> Result<(), Fault> {
+        let made = MadeValues::plan(cells, self.choices, true)?;
+        let found = made.range(cells)?;
+        report_values(report, cells, &made, &found);
+        let grid = ReliefGrid::plan(self.file.path(), cells, found.range, self.choices)?;
+        let triangles = self.stream(|out| grid.write(out, cells, &made))?;
+        let unit = if self.choices.micrometres {
+            "µm"
+        } else {
+            "mm"
+        };
+        report.line("Triangles", format!("{triangles}, lengths in {unit}"));
+        report.number("triangles", triangles as f64);
+        if grid.stairs {
+            report.line(
+                "Walls",
+                format!("{} µm wide, half in each cell", short(grid.wall_um)),
+            );
+        } else {
+            let lost = "the outer half of the cells at the edge: the surface ends at their centres";
+            report.lost.push(String::from(lost));
+        }
+        Ok(())
+    }
+
+    /// A picture, and what its grey levels mean beside it.
+    fn picture(&self, cells: &mut Cells, report: &mut ExportReport) -> Result<(), Fault> {
+        let mut name = self.file.path().as_os_str().to_owned();
+        name.push(".toml");
+        let beside = OwnFile::claim(Path::new(&name), Replace::any_if(self.choices.overwrite))?;
+        let made = MadeValues::plan(cells, self.choices, self.choices.as_height)?;
+        let found = made.range(cells)?;
+        report_values(report, cells, &made, &found);
+        let scale = GreyScale::new(cells, &made, found.range, self.choices.bits);
+        let text = scale
+            .text()
+            .map_err(|error| unwritable(beside.path(), &error))?;
+        self.stream(|out| scale.write(out, cells, &made))?;
+        beside.write(text.as_bytes())?;
+        let unit = made.quantity.unit();
+        report.line(
+            "Grey levels",
+            format!(
+                "{} bits, {}{unit} each, black is {}{unit}",
+                scale.bits,
+                short(scale.per_grey),
+                short(scale.offset)
+            ),
+        );
+        report.line(
+            "Grey rounding",
+            format!("rms {}{unit}", short(scale.rounding())),
+        );
+        report.line("Scale", format!("in {}", beside.path().display()));
+        report.number("per_grey", scale.per_grey);
+        report.number("offset", scale.offset);
+        Ok(())
+    }
+
+    /// A grid file of Zemax OpticStudio.
+    fn grid(&self, cells: &mut Cells, report: &mut ExportReport) -> Result<(), Fault> {
+        let [nx, ny] = cells.size();
+        if nx.min(ny) < FEWEST_POINTS {
+            let found = format!("{nx} x {ny} cells");
+            let expected = "at least 5 x 5: OpticStudio takes no fewer";
+            return Err(Fault::of_file(self.file.path(), found, expected));
+        }
+        let made = self.values(cells, report)?;
+        let surface = match made.quantity {
+            Quantity::Height => "Grid Sag, in mm",
+            Quantity::Phase => "Grid Phase, in rad",
+            Quantity::Amplitude | Quantity::Level => {
+                let found = format!("values of a {}", made.quantity.with_unit());
+                return Err(Fault::of_file(&cells.file, found, "phases or heights"));
+            }
+        };
+        self.stream(|out| write_dat(out, cells, &made))?;
+        report.line("Surface", surface);
+        report.lost.push(String::from(
+            "derivatives: they are zero, and OpticStudio takes differences",
+        ));
+        Ok(())
+    }
+}
+
+/// Reports the values of a file.
+fn report_values(report: &mut ExportReport, cells: &Cells, made: &MadeValues, found: &MadeRange) {
+    let [low, high] = found.range;
+    let unit = made.quantity.unit();
+    report.line(
+        "Values",
+        format!(
+            "{} from {} to {}{unit}",
+            made.quantity.with_unit(),
+            short(low),
+            short(high)
+        ),
+    );
+    report.number("smallest", low);
+    report.number("largest", high);
+    if let Some(levels) = made.levels {
+        let unit = cells.quantity.unit();
+        report.line(
+            "Levels",
+            format!("{} of {}{unit} each", levels.count, short(levels.step)),
+        );
+        report.line("Rounding", format!("rms {}{unit}", short(found.rounding)));
+        report.number("levels", f64::from(levels.count));
+        report.number("rounding_rms", found.rounding);
+    }
+    if cells.quantity == Quantity::Phase && made.quantity == Quantity::Height {
+        let depth = cells.relief.depth_um().unwrap_or(0.0);
+        report.line(
+            "Relief",
+            format!(
+                "a whole wave is {} µm deep; whole waves are left out",
+                short(depth)
+            ),
+        );
+        report.number("depth_um", depth);
+    }
+    if found.jumps {
+        report.lost.push(String::from(
+            "whole turns: neighbours differ by more than π, and what is interpolated between them is wrong there",
+        ));
+    }
+}
+
+/// Reports levels, rounding and the smallest feature.
+fn report_levels(report: &mut ExportReport, cells: &Cells, levels: &Levels, survey: &Survey) {
+    let used = survey.counts.iter().filter(|count| **count > 0).count();
+    let unit = cells.quantity.unit();
+    report.line(
+        "Levels",
+        format!(
+            "{} of {}{unit} each, {used} of them used",
+            levels.count,
+            short(levels.step)
+        ),
+    );
+    let [rms, largest] = survey.off;
+    report.line(
+        "Rounding",
+        format!("rms {}{unit}, largest {}{unit}", short(rms), short(largest)),
+    );
+    report.number("levels", f64::from(levels.count));
+    report.number("rounding_rms", rms);
+    report.number("rounding_largest", largest);
+
+    // Runs at the edge of the element have no end there.
+    let [dx, dy] = cells.pitch_um;
+    let widths = survey.feature.into_iter().zip([dx, dy]);
+    let widths = widths.map(|(count, pitch)| count.map(|count| count as f64 * pitch));
+    let names: Vec<String> = (["x", "y"].iter().zip(widths.clone()))
+        .filter_map(|(axis, width)| width.map(|width| format!("{} µm along {axis}", short(width))))
+        .collect();
+    let text = match names.is_empty() {
+        true => String::from("none between two others"),
+        false => names.join(", "),
+    };
+    report.line("Smallest feature", text);
+    if let Some(width) = widths.flatten().reduce(f64::min) {
+        report.number("smallest_feature_um", width);
+    }
+}
+
+/// Reports layers and shapes of a mask file.
+fn report_masks(
+    report: &mut ExportReport,
+    cells: &Cells,
+    levels: &Levels,
+    plan: &MaskPlan,
+    shapes: &Shapes,
+) {
+    let layers: Vec<String> = (shapes.rectangles.iter().take(8))
+        .map(|(layer, count)| format!("{}/{}: {count}", layer.layer, layer.data_type))
+        .collect();
+    let more = if shapes.rectangles.len() > layers.len() {
+        ", …"
+    } else {
+        ""
+    };
+    let count = shapes.count();
+    report.line(
+        "Rectangles",
+        format!("{count} ({}{more})", layers.join(", ")),
+    );
+    report.number("rectangles", count as f64);
+    report.number("layers", shapes.rectangles.len() as f64);
+    let [columns, rows] = shapes.repeats;
+    if shapes.repeats != [1, 1] {
+        report.line("Repeated", format!("{columns} x {rows} times"));
+    }
+    report.number("repeats", columns as f64 * rows as f64);
+    report.line(
+        "Structure",
+        format!("{}, database unit {} nm", shapes.name, plan.unit_nm),
+    );
+
+    // What the masks are for.
+    let depth = match cells.quantity {
+        Quantity::Height => Some(levels.step * f64::from(levels.count)),
+        _ => cells.relief.depth_um(),
+    };
+    let step = depth.map(|depth| format!("{} nm", short(1e3 * depth / f64::from(levels.count))));
+    let step = step.unwrap_or_else(|| String::from("one step"));
+    report.line(
+        "Meaning",
+        match plan.masks {
+            Masks::Each => format!(
+                "layer {} + L − 1: level L, {step} a level",
+                plan.first_layer
+            ),
+            Masks::Binary => format!(
+                "layer {} + k − 1: etched by 1/2ᵏ of {} steps of {step}; the highest level stays",
+                plan.first_layer, levels.count
+            ),
+            Masks::Dose => format!("layer {}, data type L: level L", plan.first_layer),
+        },
+    );
+    let [x, y] = plan.corner;
+    let [width, height] = plan.place(plan.size);
+    if x * 2 + width != 0 || y * 2 + height != 0 {
+        let lost = "half a database unit: the centre lies that far from the origin";
+        report.lost.push(String::from(lost));
+    }
+}
