@@ -15,6 +15,7 @@ from raylet import layers
 from raylet._raylet import __version__
 from raylet._refusal import RayletError
 from raylet.design import Design
+from raylet.fabrication import ExportReport, export_element, read_masks
 from raylet.functions import phase_function, sag_function
 from raylet.layers import (
     annulus,
@@ -48,6 +49,7 @@ from raylet.trace import Rays
 __all__ = [
     "Beams",
     "Design",
+    "ExportReport",
     "ExtendedSource",
     "RayletError",
     "Rays",
@@ -63,6 +65,7 @@ __all__ = [
     "cone_taper",
     "disc",
     "disc_source",
+    "export_element",
     "gather",
     "gather_adjoint",
     "glasses",
@@ -81,6 +84,7 @@ __all__ = [
     "polygon",
     "radial",
     "radial_table",
+    "read_masks",
     "rectangle",
     "regular_polygon",
     "sag_function",

@@ -10,6 +10,7 @@
 //! | `rays` | Rays of another tracer at a system's element and on its sensor |
 //! | `trace` | Single rays through a system |
 //! | `inspect` | What a system looks like: its parts, its section, its elements |
+//! | `fabrication` | Elements as files that foundries and other programs take |
 //! | `files` | Files that Python writes: complete or not at all, and never in place of foreign ones |
 //! | `arrays` | NumPy arrays that are read in place |
 //! | `document` | Documents of Python as trees that the library decodes |
@@ -29,6 +30,7 @@
 mod arrays;
 mod design;
 mod document;
+mod fabrication;
 mod files;
 mod inspect;
 mod linearised_system;
@@ -45,6 +47,8 @@ mod watch;
 mod _raylet {
     #[pymodule_export]
     use crate::design::{design, hologram};
+    #[pymodule_export]
+    use crate::fabrication::{export_array, export_file, export_scene, read_masks};
     #[pymodule_export]
     use crate::files::write_files;
     #[pymodule_export]

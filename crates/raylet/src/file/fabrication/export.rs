@@ -19,6 +19,7 @@ use crate::file::fabrication::level_survey::{Survey, survey};
 use crate::file::fabrication::levels::{Levels, plan_levels, spread};
 use crate::file::fabrication::made_values::{MadeRange, MadeValues};
 use crate::file::fabrication::mask_plan::MaskPlan;
+use crate::file::fabrication::radial_fit::fit_radial;
 use crate::file::fabrication::stl::ReliefGrid;
 use crate::file::fabrication::value_files::{FEWEST_POINTS, write_csv, write_dat, write_npy};
 use crate::file::model::scene_arrays::Arrays;
@@ -46,10 +47,11 @@ enum Format {
     Csv,
     Dat,
     Npy,
+    Coefficients,
 }
 
 /// Names of files that can be written.
-const EXTENSIONS: &str = "a name ending in .gds, .stl, .png, .csv, .dat or .npy";
+const EXTENSIONS: &str = "a name ending in .gds, .stl, .png, .csv, .dat, .npy or .txt";
 
 impl Format {
     fn of(path: &Path) -> Result<Self, Fault> {
@@ -61,6 +63,7 @@ impl Format {
             "csv" => Ok(Self::Csv),
             "dat" => Ok(Self::Dat),
             "npy" => Ok(Self::Npy),
+            "txt" => Ok(Self::Coefficients),
             _ => {
                 let found = format!("the extension `{extension}`");
                 Err(Fault::of_file(path, found, EXTENSIONS))
@@ -143,6 +146,7 @@ impl Export<'_> {
                 self.stream(|out| write_csv(out, &mut cells, &made))?;
             }
             Format::Dat => self.grid(&mut cells, &mut report)?,
+            Format::Coefficients => self.coefficients(&mut cells, &mut report)?,
             Format::Npy => {
                 let made = self.values(&mut cells, &mut report)?;
                 self.stream(|out| write_npy(out, &mut cells, &made))?;
@@ -264,6 +268,37 @@ impl Export<'_> {
         report.line("Scale", format!("in {}", beside.path().display()));
         report.number("per_grey", scale.per_grey);
         report.number("offset", scale.offset);
+        Ok(())
+    }
+
+    /// The coefficients of a rotational phase.
+    fn coefficients(&self, cells: &mut Cells, report: &mut ExportReport) -> Result<(), Fault> {
+        let fit = fit_radial(cells, self.choices)?;
+        self.file.write(fit.text(&cells.name).as_bytes())?;
+        let first = fit.coefficients.first().copied().unwrap_or(0.0);
+        report.line(
+            "Coefficients",
+            format!(
+                "{} over a radius of {} mm, A1 = {} rad",
+                fit.coefficients.len(),
+                short(fit.radius_mm),
+                short(first)
+            ),
+        );
+        report.line(
+            "Residual",
+            format!("rms {} rad over {} cells", short(fit.residual), fit.count),
+        );
+        report.number("residual_rad", fit.residual);
+        report.number("radius_mm", fit.radius_mm);
+        for (i, a) in (1..).zip(&fit.coefficients) {
+            report.number(&format!("A{i}"), *a);
+        }
+        report.lost.push(format!(
+            "the phase beyond {} mm, and a constant of {} rad",
+            short(fit.radius_mm),
+            short(fit.constant)
+        ));
         Ok(())
     }
 

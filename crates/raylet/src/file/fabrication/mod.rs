@@ -21,15 +21,22 @@
 //! | `value_files` | Values of cells as numbers: NumPy arrays, comma-separated values, grid files of Zemax OpticStudio |
 //! | `stl` | A relief as a closed surface of triangles (.stl) |
 //! | `height_image` | Values of cells as a grey picture (PNG), with what a grey level means in a text beside it |
+//! | `radial_fit` | Coefficients of a phase that depends on the radius alone |
 //! | `export` | An element as files that a foundry takes: the source, the format, and the report |
 //! | `gds_test` | Tests: mask files that are written are read back |
+//! | `gds_mutations_test` | Tests: altered mask files and arrays give cells or an error |
+//! | `export_test` | Tests: reliefs, pictures, tables and grid files of asymmetric elements, read back |
 
 pub(crate) mod cell_rows;
 pub(crate) mod element_cells;
 pub mod export;
 pub mod export_choices;
 pub mod export_report;
+#[cfg(test)]
+mod export_test;
 pub(crate) mod gds_elements;
+#[cfg(test)]
+mod gds_mutations_test;
 pub(crate) mod gds_painting;
 pub mod gds_reader;
 pub(crate) mod gds_record;
@@ -42,6 +49,7 @@ pub(crate) mod levels;
 pub(crate) mod made_values;
 pub(crate) mod mask_plan;
 pub(crate) mod npy_rows;
+pub(crate) mod radial_fit;
 pub(crate) mod rectangles;
 pub(crate) mod relief;
 pub(crate) mod stl;

@@ -41,7 +41,6 @@ impl Relief {
     }
 
     /// The phase in rad of a height in µm.
-    #[cfg(test)]
     pub(crate) fn phase(&self, height_um: f64) -> Option<f64> {
         (self.depth_um()).map(|depth| self.sign() * TAU * height_um / depth)
     }

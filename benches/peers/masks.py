@@ -1,0 +1,129 @@
+"""Files for foundries, read by other programs: masks by gdstk and KLayout, reliefs by trimesh.
+
+    python -m venv /tmp/peers && /tmp/peers/bin/pip install numpy gdstk klayout trimesh
+    cargo build --release -p raylet-cli
+    /tmp/peers/bin/python benches/peers/masks.py
+
+Prints time and memory of each export, and of each layer the number of polygons and the area as the other program finds them,
+beside what the array says.
+"""
+
+from __future__ import annotations
+
+import os
+import resource
+import subprocess
+import sys
+import tempfile
+import time
+from pathlib import Path
+
+import gdstk
+import klayout.db as kdb
+import numpy as np
+import trimesh
+
+RAYLET = Path(__file__).parents[2] / "target/release/raylet"
+
+#: A program that runs another one, and prints its time and the most memory that it took.
+MEASURED = """
+import resource, subprocess, sys, time
+start = time.perf_counter()
+done = subprocess.run(sys.argv[1:], stdout=subprocess.DEVNULL)
+used = resource.getrusage(resource.RUSAGE_CHILDREN)
+print(f"{time.perf_counter() - start:.2f} s, {used.ru_utime + used.ru_stime:.2f} s of processor, "
+      f"{used.ru_maxrss * 1e-3:.0f} MB at most")
+sys.exit(done.returncode)
+"""
+
+
+def export(*arguments: object) -> None:
+    """Runs `raylet export` and prints what it took."""
+    words = [str(word) for word in arguments]
+    print("  raylet export", *(Path(word).name if os.sep in word else word for word in words))
+    command = [sys.executable, "-c", MEASURED, str(RAYLET), "export", *words, "--overwrite"]
+    print("   ", subprocess.run(command, check=True, capture_output=True, text=True).stdout.strip())
+
+
+def by_gdstk(path: Path) -> tuple[dict[tuple[int, int], tuple[int, float]], object]:
+    """Polygons and area in µm² of each layer, and the bounding box, of the whole element."""
+    top = gdstk.read_gds(path, unit=1e-6).top_level()[0]
+    found: dict[tuple[int, int], tuple[int, float]] = {}
+    for polygon in top.get_polygons():
+        count, area = found.get((polygon.layer, polygon.datatype), (0, 0.0))
+        found[polygon.layer, polygon.datatype] = count + 1, area + polygon.area()
+    return found, top.bounding_box()
+
+
+def by_klayout(path: Path) -> tuple[dict[tuple[int, int], tuple[int, float]], object]:
+    """The same by KLayout, whose regions join what overlaps: an overlap would lessen the area."""
+    layout = kdb.Layout()
+    layout.read(str(path))
+    top, found = layout.top_cell(), {}
+    for layer in layout.layer_indexes():
+        info = layout.get_info(layer)
+        region = kdb.Region(top.begin_shapes_rec(layer))
+        count = sum(1 for _ in region.each())
+        found[info.layer, info.datatype] = count, region.merged().area() * layout.dbu**2
+    box = top.dbbox()
+    return found, ((box.left, box.bottom), (box.right, box.top))
+
+
+def masks(folder: Path) -> None:
+    """Small patterns of all kinds, read by both programs."""
+    rng = np.random.default_rng(1)
+    tile = rng.integers(0, 4, (6, 10))
+    for name, levels in {"random": rng.integers(0, 4, (300, 400)), "repeated": np.tile(tile, (50, 40))}.items():
+        np.save(folder / f"{name}.npy", levels)
+        pitch, cell = "0.5,0.75", 0.5 * 0.75
+        for kind in ("each", "binary", "dose"):
+            path = folder / f"{name}_{kind}.gds"
+            wanted = {
+                "each": {(level, 0): np.sum(levels == level) for level in (1, 2, 3)},
+                "binary": {(mask, 0): np.sum(((3 - levels) >> (2 - mask)) & 1) for mask in (1, 2)},
+                "dose": {(1, level): np.sum(levels == level) for level in (1, 2, 3)},
+            }[kind]
+            source = folder / f"{name}.npy"
+            export(source, "-o", path, "--quantity", "level", "--levels", 4, "--pitch-um", pitch, "--masks", kind)
+            for reader, (found, box) in {"gdstk": by_gdstk(path), "klayout": by_klayout(path)}.items():
+                for layer, cells in sorted(wanted.items()):
+                    count, area = found[layer]
+                    assert abs(area - cells * cell) < 1e-6 * cells * cell, (reader, layer, area, cells * cell)
+                    print(f"    {reader:8} layer {layer}: {count} polygons, {area:.3f} µm² of {cells * cell:.3f}")
+                print(f"    {reader:8} from {box[0]} to {box[1]} µm")
+
+
+def relief(folder: Path) -> None:
+    """A relief of 1000 × 1000 random heights, read by trimesh."""
+    heights = np.random.default_rng(2).integers(0, 8, (1000, 1000)) * 0.125
+    np.save(folder / "heights.npy", heights)
+    for top in ("stairs", "smooth"):
+        path = folder / f"{top}.stl"
+        options = ["--quantity", "height", "--pitch-um", 2, "--micrometres", "--top", top]
+        export(folder / "heights.npy", "-o", path, *options)
+        mesh = trimesh.load(path)
+        expected = 4.0 * float(np.sum(heights + 10.0))
+        print(f"    {len(mesh.faces)} triangles, watertight {mesh.is_watertight}, normals {mesh.is_winding_consistent}")
+        print(f"    volume {mesh.volume:.1f} µm³; sum of heights × area {expected:.1f} µm³")
+
+
+def large(folder: Path) -> None:
+    """Ten million random cells of four levels."""
+    np.save(folder / "large.npy", np.random.default_rng(3).integers(0, 4, (3200, 3200)) * (np.pi / 2))
+    for kind in ("each", "binary", "dose"):
+        path = folder / f"large_{kind}.gds"
+        export(folder / "large.npy", "-o", path, "--pitch-um", 0.5, "--masks", kind)
+        print(f"    {path.stat().st_size * 1e-6:.0f} MB")
+    start = time.perf_counter()
+    layout = kdb.Layout()
+    layout.read(str(folder / "large_each.gds"))
+    shapes = sum(layout.top_cell().shapes(layer).size() for layer in layout.layer_indexes())
+    used = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss * 1e-3
+    print(f"    KLayout reads {shapes} shapes in {time.perf_counter() - start:.1f} s, {used:.0f} MB")
+
+
+if __name__ == "__main__":
+    with tempfile.TemporaryDirectory() as name:
+        for part in (masks, relief, large):
+            print(part.__doc__)
+            part(Path(name))
