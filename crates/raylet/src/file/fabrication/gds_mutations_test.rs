@@ -103,7 +103,7 @@ fn mutated_mask_files_give_cells_or_an_error() {
             size: [None, Some([12, 12])][numbers.below(2)],
             ..ExportChoices::default()
         };
-        match read_stream(Cursor::new(bytes), Path::new("a.gds"), &choices) {
+        match read_stream(Cursor::new(bytes), Path::new("a.gds"), &choices, 1 << 20) {
             Ok(read) => {
                 assert_eq!(
                     read.levels.len(),

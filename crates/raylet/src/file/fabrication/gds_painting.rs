@@ -3,8 +3,8 @@
 use crate::file::fabrication::export_choices::Masks;
 use crate::file::fabrication::gds_elements::Shape;
 
-/// Cells may be painted so many times each before a file is refused.
-const MOST_PAINTS: u64 = 64;
+/// Cells may be painted so many times on each mask before a file is refused.
+const MOST_PAINTS: u64 = 4;
 
 /// What is small enough to be done in any case.
 const FREE: u64 = 10_000_000;
@@ -73,8 +73,12 @@ impl Painting {
     /// More work than cells explain, in words.
     pub(crate) fn spend(&mut self, work: u64) -> Result<(), String> {
         self.work = self.work.saturating_add(work);
-        let cells = self.cells.len() as u64;
-        let most = cells.saturating_mul(MOST_PAINTS).saturating_add(FREE);
+        let masks = match self.meaning.masks {
+            Masks::Binary => u64::from(self.levels.ilog2()),
+            Masks::Each | Masks::Dose => 1,
+        };
+        let paints = (self.cells.len() as u64).saturating_mul(masks * MOST_PAINTS);
+        let most = paints.saturating_add(FREE);
         match self.work <= most {
             true => Ok(()),
             false => Err(String::from("shapes that lie above each other many times")),

@@ -4,6 +4,7 @@
 //! are painted as they come. Only structures that are referred to are in memory.
 
 use std::collections::BTreeMap;
+use std::collections::btree_map::Entry;
 use std::io::{BufReader, Read, Seek};
 use std::path::Path;
 
@@ -63,10 +64,16 @@ pub fn read_masks(path: &Path, choices: &ExportChoices) -> Result<ReadMasks, Fau
     choices.check(path)?;
     let file = regular_file::open(path)
         .map_err(|found| Fault::of_file(path, found, "a readable mask file"))?;
-    read_stream(BufReader::with_capacity(1 << 18, file), path, choices)
+    let limit = MachineMemory::now().usual_limit();
+    read_stream(
+        BufReader::with_capacity(1 << 18, file),
+        path,
+        choices,
+        limit,
+    )
 }
 
-/// [`read_masks`] of a stream; faults name it as `path`.
+/// [`read_masks`] of a stream; faults name it as `path`. Cells take at most `limit` bytes.
 ///
 /// # Errors
 /// As [`read_masks`].
@@ -74,6 +81,7 @@ pub(crate) fn read_stream(
     input: impl Read + Seek,
     path: &Path,
     choices: &ExportChoices,
+    limit: u64,
 ) -> Result<ReadMasks, Fault> {
     let broken = |found: String| {
         let expected = "a GDSII file of shapes on the grid of the cells";
@@ -112,8 +120,8 @@ pub(crate) fn read_stream(
     };
     let [nx, ny] = size;
     let count = (nx as u64).saturating_mul(ny as u64);
-    if count.saturating_mul(2) > MachineMemory::now().usual_limit() {
-        let expected = "cells that fit into half of the free memory";
+    if count.saturating_mul(2) > limit {
+        let expected = "cells that fit into memory: half of what is free";
         return Err(choice_fault(
             path,
             "size",
@@ -303,8 +311,8 @@ impl Library {
         let Some(structure) = self.structures.get(number) else {
             return Ok(());
         };
-        if !sheets.contains_key(&number) {
-            sheets.insert(number, structure.shapes(records, &painting.meaning)?);
+        if let Entry::Vacant(sheet) = sheets.entry(number) {
+            sheet.insert(structure.shapes(records, &painting.meaning)?);
         }
         let ([columns, rows], [dx, dy]) = (reference.counts, reference.steps);
         for row in 0..rows {

@@ -191,7 +191,7 @@ fn read_bytes(bytes: Vec<u8>, size: Option<[usize; 2]>) -> Result<Vec<u16>, Stri
         size,
         ..ExportChoices::default()
     };
-    let read = read_stream(Cursor::new(bytes), Path::new("a.gds"), &choices);
+    let read = read_stream(Cursor::new(bytes), Path::new("a.gds"), &choices, 1 << 20);
     read.map(|read| read.levels)
         .map_err(|fault| fault.to_string())
 }
