@@ -4,8 +4,8 @@
     cargo build --release -p raylet-cli
     /tmp/peers/bin/python benches/peers/masks.py
 
-Prints time and memory of each export, and of each layer the number of polygons and the area as the other program finds them,
-beside what the array says.
+Prints time and memory of each export, and of each layer the number of polygons and the area as the other program finds
+them, beside what the array says.
 """
 
 from __future__ import annotations

@@ -353,15 +353,17 @@ fn scene(room: &Path, layer: &str) -> std::path::PathBuf {
     path
 }
 
+/// The values and the report of the element of a scene with a layer.
+fn made_of(room: &Path, layer: &str, choices: &ExportChoices) -> (Array2<f64>, ExportReport) {
+    let (path, out) = (scene(room, layer), room.join("out.npy"));
+    let report = export_element(ExportSource::File(&path), &out, choices).unwrap();
+    (ndarray_npy::read_npy(&out).unwrap(), report)
+}
+
 #[test]
 fn elements_of_scenes_are_their_layers() {
     let room = tempfile::tempdir().unwrap();
-    let out = room.path().join("out.npy");
-    let made = |layer: &str, choices: &ExportChoices| -> (Array2<f64>, ExportReport) {
-        let path = scene(room.path(), layer);
-        let report = export_element(ExportSource::File(&path), &out, choices).unwrap();
-        (ndarray_npy::read_npy(&out).unwrap(), report)
-    };
+    let made = |layer: &str, choices: &ExportChoices| made_of(room.path(), layer, choices);
     let usual = ExportChoices::default();
 
     // Phases with a factor, and complex numbers.
@@ -405,17 +407,23 @@ fn elements_of_scenes_are_their_layers() {
             .iter()
             .all(|phase| (phase - expected).abs() < 1e-9)
     );
+}
 
+#[test]
+fn elements_without_cells_need_a_pitch() {
+    let room = tempfile::tempdir().unwrap();
     let path = scene(room.path(), "kind = \"vortex\"\ncharge = 1");
     let refuse = |choices: &ExportChoices| {
-        export_element(ExportSource::File(&path), &out, choices)
+        let out = room.path().join("out.npy");
+        let source = ExportSource::File(&path);
+        export_element(source, &out, choices)
             .unwrap_err()
             .to_string()
     };
-    assert!(refuse(&usual).contains("pitch_um"));
+    assert!(refuse(&ExportChoices::default()).contains("pitch_um"));
     let other = ExportChoices {
         element: Some(String::from("plat")),
-        ..cells
+        ..choices(Quantity::Phase)
     };
     assert!(refuse(&other).contains("plate"));
 }

@@ -83,10 +83,7 @@ pub(crate) fn read_stream(
     choices: &ExportChoices,
     limit: u64,
 ) -> Result<ReadMasks, Fault> {
-    let broken = |found: String| {
-        let expected = "a GDSII file of shapes on the grid of the cells";
-        Fault::of_file(path, found, expected)
-    };
+    let broken = |found| broken(path, found);
     let pitch_um = choices.given(
         path,
         "pitch_um",
@@ -102,39 +99,20 @@ pub(crate) fn read_stream(
     let library = Library::read(&mut records, &meaning).map_err(broken)?;
     let top = library.top().map_err(broken)?;
 
-    // Where the cells are: about the origin, or from the first shape to the last.
-    let mut pitch = [0; 2];
-    for (to, um) in pitch.iter_mut().zip(pitch_um) {
-        *to = in_units(path, um, library.unit_nm)?;
-    }
-    let (size, corner) = match choices.size {
-        Some(size) => (size, centred(size, pitch)),
-        None => {
-            let bounds = library.bounds(top, 0).map_err(broken)?;
-            let Some([x0, y0, x1, y1]) = bounds else {
-                return Err(broken(String::from("no shape on the layers of levels")));
-            };
-            let size = [(x1 - x0) / pitch[0], (y1 - y0) / pitch[1]].map(|n| n.max(1) as usize);
-            (size, [x0, y0])
-        }
-    };
-    let [nx, ny] = size;
+    let grid = library.grid(path, top, (pitch_um, choices.size))?;
+    let [nx, ny] = grid.size;
     let count = (nx as u64).saturating_mul(ny as u64);
     if count.saturating_mul(2) > limit {
         let expected = "cells that fit into memory: half of what is free";
-        return Err(choice_fault(
-            path,
-            "size",
-            format!("{nx} x {ny} cells"),
-            expected,
-        ));
+        let found = format!("{nx} x {ny} cells");
+        return Err(choice_fault(path, "size", found, expected));
     }
     let mut painting = Painting {
         meaning,
         levels: meaning.count(library.largest),
-        pitch,
-        corner,
-        size,
+        pitch: grid.pitch,
+        corner: grid.corner,
+        size: grid.size,
         cells: vec![0; count as usize],
         work: 0,
     };
@@ -143,10 +121,23 @@ pub(crate) fn read_stream(
         .draw(&mut records, top, &mut sheets, &mut painting)
         .map_err(broken)?;
     Ok(ReadMasks {
-        size,
+        size: grid.size,
         count: painting.levels,
         levels: painting.finish(),
     })
+}
+
+/// The fault of a file that is not as expected.
+fn broken(path: &Path, found: String) -> Fault {
+    let expected = "a GDSII file of shapes on the grid of the cells";
+    Fault::of_file(path, found, expected)
+}
+
+/// Where the cells are, in database units.
+struct Grid {
+    size: [usize; 2],
+    pitch: [i64; 2],
+    corner: [i64; 2],
 }
 
 /// The corner of cells that are centred, as they are written.
@@ -163,6 +154,37 @@ fn centred(size: [usize; 2], pitch: [i64; 2]) -> [i64; 2] {
 type Sheets = BTreeMap<usize, Vec<Shape>>;
 
 impl Library {
+    /// The cells of a pitch: so many about the origin, or from the first shape to the last.
+    fn grid(
+        &self,
+        path: &Path,
+        top: usize,
+        (pitch_um, size): ([f64; 2], Option<[usize; 2]>),
+    ) -> Result<Grid, Fault> {
+        let mut pitch = [0; 2];
+        for (to, um) in pitch.iter_mut().zip(pitch_um) {
+            *to = in_units(path, um, self.unit_nm)?;
+        }
+        if let Some(size) = size {
+            let corner = centred(size, pitch);
+            return Ok(Grid {
+                size,
+                pitch,
+                corner,
+            });
+        }
+        let bounds = self.bounds(top, 0).map_err(|found| broken(path, found))?;
+        let Some([x0, y0, x1, y1]) = bounds else {
+            let found = String::from("no shape on the layers of levels");
+            return Err(broken(path, found));
+        };
+        Ok(Grid {
+            size: [(x1 - x0) / pitch[0], (y1 - y0) / pitch[1]].map(|n| n.max(1) as usize),
+            pitch,
+            corner: [x0, y0],
+        })
+    }
+
     /// The first pass.
     fn read<R: Read + Seek>(records: &mut Records<R>, meaning: &Meaning) -> Result<Self, String> {
         let mut library = Self::default();

@@ -63,13 +63,13 @@ def export_element(
     residual_rad: float = 0.5,
     overwrite: bool = False,
 ) -> ExportReport:
-    """Writes a diffractive element for a foundry or another program; the end of `path` decides on the format: .gds, .stl,
-    .png, .csv, .dat, .txt (coefficients of a rotational phase) or .npy.
+    """Writes a diffractive element for a foundry or another program; the end of `path` decides on the format: .gds,
+    .stl, .png, .csv, .dat, .txt (coefficients of a rotational phase) or .npy.
 
-    `source` is a system, whose `element` and `layer` are taken (the only ones by default), an array [y, x] of a `quantity`
-    ("phase" in rad, "height" in µm, "amplitude" or "level") with its `pitch_um`, or the name of a file of these. The page
-    "Sending an element to a foundry" of the guide says what each format keeps. Files that raylet did not write are refused
-    unless `overwrite` is true.
+    `source` is a system, whose `element` and `layer` are taken (the only ones by default), an array [y, x] of a
+    `quantity` ("phase" in rad, "height" in µm, "amplitude" or "level") with its `pitch_um`, or the name of a file of
+    these. The page "Sending an element to a foundry" of the guide says what each format keeps. Files that raylet did
+    not write are refused unless `overwrite` is true.
     """
     choices = {
         **{"element": element, "layer": layer, "pitch_um": _pitch("export_element", pitch_um)},
