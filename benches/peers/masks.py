@@ -93,6 +93,26 @@ def masks(folder: Path) -> None:
                 print(f"    {reader:8} from {box[0]} to {box[1]} µm")
 
 
+def joined(folder: Path) -> None:
+    """Masks that KLayout has joined into few polygons with holes, read back by raylet."""
+    levels = np.random.default_rng(4).integers(0, 3, (70, 90))
+    np.save(folder / "joined.npy", levels)
+    masks, again, back = folder / "joined.gds", folder / "again.gds", folder / "back.npy"
+    options = ["--quantity", "level", "--levels", 3, "--pitch-um", 0.5]
+    export(folder / "joined.npy", "-o", masks, *options)
+    layout = kdb.Layout()
+    layout.read(str(masks))
+    count = 0
+    for layer in layout.layer_indexes():
+        region = kdb.Region(layout.top_cell().begin_shapes_rec(layer)).merged()
+        layout.top_cell().shapes(layer).clear()
+        layout.top_cell().shapes(layer).insert(region)
+        count += region.count()
+    layout.write(str(again))
+    export(again, "-o", back, *options, "--size", "90,70")
+    print(f"    {count} polygons; read back equal: {np.array_equal(np.load(back), levels)}")
+
+
 def relief(folder: Path) -> None:
     """A relief of 1000 × 1000 random heights, read by trimesh."""
     heights = np.random.default_rng(2).integers(0, 8, (1000, 1000)) * 0.125
@@ -124,6 +144,6 @@ def large(folder: Path) -> None:
 
 if __name__ == "__main__":
     with tempfile.TemporaryDirectory() as name:
-        for part in (masks, relief, large):
+        for part in (masks, joined, relief, large):
             print(part.__doc__)
             part(Path(name))

@@ -6,7 +6,7 @@ from os import PathLike
 from typing import Any, Final, SupportsFloat, SupportsIndex, final
 
 from _typeshed import Incomplete, SupportsGetItem
-from numpy import complex128, float64, uint8
+from numpy import complex128, float64, int64, uint8
 from numpy.typing import NDArray
 
 __all__ = [
@@ -19,12 +19,16 @@ __all__ = [
     "chief_landing",
     "design",
     "element",
+    "export_array",
+    "export_file",
+    "export_scene",
     "gather",
     "gather_adjoint",
     "glasses",
     "hologram",
     "layout",
     "parts",
+    "read_masks",
     "scatter",
     "scatter_adjoint",
     "schema",
@@ -171,6 +175,25 @@ def element(
     the box [x_min, x_max, y_min, y_max] in mm.
     """
 
+def export_array(array: Any, target: str | PathLike[str], choices: str) -> tuple[str, list[tuple[str, float]]]:
+    """
+    Exports the cells of an array of float64 or complex128.
+    """
+
+def export_file(
+    source: str | PathLike[str], target: str | PathLike[str], choices: str
+) -> tuple[str, list[tuple[str, float]]]:
+    """
+    Exports the element of a file; `choices` is JSON.
+    """
+
+def export_scene(
+    scene: Scene, arrays: dict[str, NDArray[Any]], target: str | PathLike[str], choices: str
+) -> tuple[str, list[tuple[str, float]]]:
+    """
+    Exports an element of a scene, some of whose arrays are in memory.
+    """
+
 def gather(place: Incomplete, bundle: Incomplete, sum: Incomplete) -> NDArray[complex128]:
     """
     The field that rays bring to the pixel centres of the sensor, [y, x].
@@ -211,6 +234,11 @@ def layout(
 def parts(scene: Scene, arrays: dict[str, NDArray[Any]], channel: SupportsIndex) -> str:
     """
     The parts of a system in the order light meets them, as JSON.
+    """
+
+def read_masks(path: str | PathLike[str], choices: str) -> tuple[NDArray[int64], int]:
+    """
+    The levels [y, x] of a mask file, and their number.
     """
 
 def scatter(place: Incomplete, bundle: Incomplete, choices: Incomplete) -> dict[str, Any]:

@@ -14,7 +14,7 @@ use crate::say::say;
 pub(crate) struct Export {
     /// A scene (.toml), an array of phases, heights, amplitudes or levels (.npy, .npz), or a mask file (.gds).
     source: PathBuf,
-    /// The file to be written; its name decides on the format: .gds.
+    /// The file to be written; its end decides on the format: .gds, .stl, .png, .csv, .dat, .txt (coefficients) or .npy.
     #[arg(short, long, value_name = "FILE")]
     out: PathBuf,
     #[command(flatten)]

@@ -15,6 +15,7 @@ mod compare;
 mod design;
 mod elements;
 mod endings;
+mod export;
 mod flat_patches;
 mod forecasts;
 mod import;

@@ -8,7 +8,7 @@ use crate::file::decode::fault::Fault;
 use crate::file::fabrication::cell_rows::{
     BorrowedRows, CellRows, Cells, FunctionRows, LevelRows, Part, part_of,
 };
-use crate::file::fabrication::export_choices::{ExportChoices, Quantity, choice_fault};
+use crate::file::fabrication::export_choices::{ExportChoices, Quantity, choice_fault, needed};
 use crate::file::fabrication::gds_reader::read_masks;
 use crate::file::fabrication::npy_rows::npy_rows;
 use crate::file::fabrication::relief::Relief;
@@ -244,7 +244,7 @@ impl<'a> Chosen<'a> {
     /// An analytic phase at the centres of cells over the aperture.
     fn phase(&self, arrays: &Arrays<'_>, choices: &ExportChoices) -> Result<Cells<'a>, Fault> {
         let file = self.scene.origin.file.as_path();
-        let pitch_um = choices.given(
+        let pitch_um = needed(
             file,
             "pitch_um",
             choices.pitch_um,
@@ -340,7 +340,7 @@ pub(crate) fn array_cells<'a>(
     choices: &ExportChoices,
 ) -> Result<Cells<'a>, Fault> {
     let quantity = choices.quantity;
-    let pitch_um = choices.given(
+    let pitch_um = needed(
         file,
         "pitch_um",
         choices.pitch_um,
@@ -400,7 +400,7 @@ pub(crate) fn mask_cells(file: &Path, choices: &ExportChoices) -> Result<Cells<'
         Quantity::Amplitude => 1.0 / (count - 1.0),
         Quantity::Height => {
             let purpose = "the heights of levels (--depth-um)";
-            choices.given(file, "depth_um", choices.depth_um, purpose)? / count
+            needed(file, "depth_um", choices.depth_um, purpose)? / count
         }
     };
     let name = file.file_stem().unwrap_or_default().to_string_lossy();

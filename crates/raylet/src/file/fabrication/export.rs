@@ -1,6 +1,5 @@
 //! An element as files that a foundry takes: the source, the format, and the report.
 
-use std::cell::RefCell;
 use std::fs::File;
 use std::io::{self, BufWriter, Write};
 use std::path::Path;
@@ -11,13 +10,15 @@ use crate::file::fabrication::cell_rows::Cells;
 use crate::file::fabrication::element_cells::{
     array_cells, element_cells, is_analytic, mask_cells,
 };
-use crate::file::fabrication::export_choices::{ExportChoices, Masks, Quantity};
-use crate::file::fabrication::export_report::{ExportReport, short};
-use crate::file::fabrication::gds_writer::{Shapes, write_gds};
+use crate::file::fabrication::export_choices::{ExportChoices, Quantity};
+use crate::file::fabrication::export_report::{
+    ExportReport, report_levels, report_masks, report_values, short,
+};
+use crate::file::fabrication::gds_writer::write_gds;
 use crate::file::fabrication::height_image::GreyScale;
-use crate::file::fabrication::level_survey::{Survey, survey};
-use crate::file::fabrication::levels::{Levels, plan_levels, spread};
-use crate::file::fabrication::made_values::{MadeRange, MadeValues};
+use crate::file::fabrication::level_survey::survey;
+use crate::file::fabrication::levels::{plan_levels, spread};
+use crate::file::fabrication::made_values::MadeValues;
 use crate::file::fabrication::mask_plan::MaskPlan;
 use crate::file::fabrication::radial_fit::fit_radial;
 use crate::file::fabrication::stl::ReliefGrid;
@@ -173,16 +174,14 @@ impl Export<'_> {
         &self,
         write: impl FnOnce(&mut BufWriter<&mut File>) -> io::Result<T>,
     ) -> Result<T, Fault> {
-        let (write, made) = (RefCell::new(Some(write)), RefCell::new(None));
-        self.file.fill(&|file| {
+        let mut made = None;
+        self.file.fill(|file| {
             let mut out = BufWriter::with_capacity(1 << 20, file);
-            if let Some(write) = write.take() {
-                made.replace(Some(write(&mut out)?));
-            }
+            made = Some(write(&mut out)?);
             out.flush()
         })?;
         let nothing = || Fault::of_file(self.file.path(), "nothing", "a file that is written");
-        made.into_inner().ok_or_else(nothing)
+        made.ok_or_else(nothing)
     }
 
     /// A mask file.
@@ -325,148 +324,5 @@ impl Export<'_> {
             "derivatives: they are zero, and OpticStudio takes differences",
         ));
         Ok(())
-    }
-}
-
-/// Reports the values of a file.
-fn report_values(report: &mut ExportReport, cells: &Cells, made: &MadeValues, found: &MadeRange) {
-    let [low, high] = found.range;
-    let unit = made.quantity.unit();
-    report.line(
-        "Values",
-        format!(
-            "{} from {} to {}{unit}",
-            made.quantity.with_unit(),
-            short(low),
-            short(high)
-        ),
-    );
-    report.number("smallest", low);
-    report.number("largest", high);
-    if let Some(levels) = made.levels {
-        let unit = cells.quantity.unit();
-        report.line(
-            "Levels",
-            format!("{} of {}{unit} each", levels.count, short(levels.step)),
-        );
-        report.line("Rounding", format!("rms {}{unit}", short(found.rounding)));
-        report.number("levels", f64::from(levels.count));
-        report.number("rounding_rms", found.rounding);
-    }
-    if cells.quantity == Quantity::Phase && made.quantity == Quantity::Height {
-        let depth = cells.relief.depth_um().unwrap_or(0.0);
-        report.line(
-            "Relief",
-            format!(
-                "a whole wave is {} µm deep; whole waves are left out",
-                short(depth)
-            ),
-        );
-        report.number("depth_um", depth);
-    }
-    if found.jumps {
-        report.lost.push(String::from(
-            "whole turns: neighbours differ by more than π, and what is interpolated between them is wrong there",
-        ));
-    }
-}
-
-/// Reports levels, rounding and the smallest feature.
-fn report_levels(report: &mut ExportReport, cells: &Cells, levels: &Levels, survey: &Survey) {
-    let used = survey.counts.iter().filter(|count| **count > 0).count();
-    let unit = cells.quantity.unit();
-    report.line(
-        "Levels",
-        format!(
-            "{} of {}{unit} each, {used} of them used",
-            levels.count,
-            short(levels.step)
-        ),
-    );
-    let [rms, largest] = survey.off;
-    report.line(
-        "Rounding",
-        format!("rms {}{unit}, largest {}{unit}", short(rms), short(largest)),
-    );
-    report.number("levels", f64::from(levels.count));
-    report.number("rounding_rms", rms);
-    report.number("rounding_largest", largest);
-
-    // Runs at the edge of the element have no end there.
-    let [dx, dy] = cells.pitch_um;
-    let widths = survey.feature.into_iter().zip([dx, dy]);
-    let widths = widths.map(|(count, pitch)| count.map(|count| count as f64 * pitch));
-    let names: Vec<String> = (["x", "y"].iter().zip(widths.clone()))
-        .filter_map(|(axis, width)| width.map(|width| format!("{} µm along {axis}", short(width))))
-        .collect();
-    let text = match names.is_empty() {
-        true => String::from("none between two others"),
-        false => names.join(", "),
-    };
-    report.line("Smallest feature", text);
-    if let Some(width) = widths.flatten().reduce(f64::min) {
-        report.number("smallest_feature_um", width);
-    }
-}
-
-/// Reports layers and shapes of a mask file.
-fn report_masks(
-    report: &mut ExportReport,
-    cells: &Cells,
-    levels: &Levels,
-    plan: &MaskPlan,
-    shapes: &Shapes,
-) {
-    let layers: Vec<String> = (shapes.rectangles.iter().take(8))
-        .map(|(layer, count)| format!("{}/{}: {count}", layer.layer, layer.data_type))
-        .collect();
-    let more = if shapes.rectangles.len() > layers.len() {
-        ", …"
-    } else {
-        ""
-    };
-    let count = shapes.count();
-    report.line(
-        "Rectangles",
-        format!("{count} ({}{more})", layers.join(", ")),
-    );
-    report.number("rectangles", count as f64);
-    report.number("layers", shapes.rectangles.len() as f64);
-    let [columns, rows] = shapes.repeats;
-    if shapes.repeats != [1, 1] {
-        report.line("Repeated", format!("{columns} x {rows} times"));
-    }
-    report.number("repeats", columns as f64 * rows as f64);
-    report.line(
-        "Structure",
-        format!("{}, database unit {} nm", shapes.name, plan.unit_nm),
-    );
-
-    // What the masks are for.
-    let depth = match cells.quantity {
-        Quantity::Height => Some(levels.step * f64::from(levels.count)),
-        _ => cells.relief.depth_um(),
-    };
-    let step = depth.map(|depth| format!("{} nm", short(1e3 * depth / f64::from(levels.count))));
-    let step = step.unwrap_or_else(|| String::from("one step"));
-    report.line(
-        "Meaning",
-        match plan.masks {
-            Masks::Each => format!(
-                "layer {} + L − 1: level L, {step} a level",
-                plan.first_layer
-            ),
-            Masks::Binary => format!(
-                "layer {} + k − 1: etched by 1/2ᵏ of {} steps of {step}; the highest level stays",
-                plan.first_layer, levels.count
-            ),
-            Masks::Dose => format!("layer {}, data type L: level L", plan.first_layer),
-        },
-    );
-    let [x, y] = plan.corner;
-    let [width, height] = plan.place(plan.size);
-    if x * 2 + width != 0 || y * 2 + height != 0 {
-        let lost = "half a database unit: the centre lies that far from the origin";
-        report.lost.push(String::from(lost));
     }
 }

@@ -195,20 +195,19 @@ impl ExportChoices {
         }
         Ok(())
     }
+}
 
-    /// The wavelength in µm, if it is given.
-    ///
-    /// # Errors
-    /// Its absence.
-    pub(crate) fn given<T: Copy>(
-        &self,
-        file: &Path,
-        name: &str,
-        value: Option<T>,
-        purpose: &str,
-    ) -> Result<T, Fault> {
-        value.ok_or_else(|| choice_fault(file, name, "no value", format!("a value, for {purpose}")))
-    }
+/// A choice without which something cannot be done.
+///
+/// # Errors
+/// Its absence.
+pub(crate) fn needed<T>(
+    file: &Path,
+    name: &str,
+    value: Option<T>,
+    purpose: &str,
+) -> Result<T, Fault> {
+    value.ok_or_else(|| choice_fault(file, name, "no value", format!("a value, for {purpose}")))
 }
 
 /// The fault of a choice for the export of a file.

@@ -11,7 +11,7 @@ use std::path::Path;
 use crate::file::arrays::memory::MachineMemory;
 use crate::file::arrays::regular_file;
 use crate::file::decode::fault::Fault;
-use crate::file::fabrication::export_choices::{ExportChoices, choice_fault};
+use crate::file::fabrication::export_choices::{ExportChoices, choice_fault, needed};
 use crate::file::fabrication::gds_elements::{Element, Records, Reference, Shape, real, trimmed};
 use crate::file::fabrication::gds_painting::{Meaning, Painting};
 use crate::file::fabrication::gds_record::kind;
@@ -84,7 +84,7 @@ pub(crate) fn read_stream(
     limit: u64,
 ) -> Result<ReadMasks, Fault> {
     let broken = |found| broken(path, found);
-    let pitch_um = choices.given(
+    let pitch_um = needed(
         path,
         "pitch_um",
         choices.pitch_um,

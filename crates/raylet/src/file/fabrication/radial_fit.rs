@@ -299,7 +299,7 @@ impl RadialFit {
     pub(crate) fn text(&self, name: &str) -> String {
         let mut text = format!(
             "# Phase of {name}: sum of A_i (r/R)^(2i) in rad, positive where the optical path is longer\n\
-             # root mean square of what is left: {:.6} rad over {} cells; constant left out: {:.6} rad\n\
+             # root mean square of what is left: {:.3e} rad over {} cells; constant left out: {:.6e} rad\n\
              R_mm {}\n",
             self.residual, self.count, self.constant, self.radius_mm
         );

@@ -111,6 +111,23 @@ impl Hidden {
         Ok(path)
     }
 
+    /// Writes the new thing, a file, with what takes long: a program that is interrupted does not wait for it.
+    ///
+    /// # Errors
+    /// An error of `fill` or of the file system.
+    pub(crate) fn fill_long(
+        &self,
+        fill: impl FnOnce(&mut File) -> io::Result<()>,
+    ) -> io::Result<PathBuf> {
+        let path = self.path();
+        let list = unfinished();
+        let mut file = File::create(&path)?;
+        drop(list);
+        fill(&mut file)?;
+        file.sync_all()?;
+        Ok(path)
+    }
+
     /// Gives the new thing its name, in folders that are made where they are missing, if `check` allows what stands
     /// there then to be replaced. An earlier folder of that name is removed, file by file as its document lists them.
     ///

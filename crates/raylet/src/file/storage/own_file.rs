@@ -4,13 +4,13 @@
 //! size and the checksum of what raylet wrote there.
 
 use std::ffi::OsString;
-use std::fs;
+use std::fs::{self, File};
 use std::io::{self, Write};
 use std::path::{Path, PathBuf};
 
 use crate::file::decode::fault::Fault;
 use crate::file::storage::folder::hold;
-use crate::file::storage::hidden::{Fill, Hidden, unwritable};
+use crate::file::storage::hidden::{Hidden, unwritable};
 use crate::file::storage::lock::Lock;
 use crate::file::storage::parent_folders::{below, standing};
 use crate::file::storage::seal::Checksum;
@@ -90,14 +90,19 @@ impl OwnFile {
     /// # Errors
     /// Another file has come to stand there, or an error of the file system.
     pub fn write(&self, content: &[u8]) -> Result<(), Fault> {
-        self.fill(&|file| file.write_all(content))
+        self.put(|draft| draft.fill(None, &|file| file.write_all(content)))
     }
 
     /// The same with what `fill` writes, of which no copy is in memory. A fault may be within the error of `fill`.
     ///
     /// # Errors
     /// Another file has come to stand there, an error of `fill`, or one of the file system.
-    pub(crate) fn fill(&self, fill: Fill) -> Result<(), Fault> {
+    pub(crate) fn fill(&self, fill: impl FnOnce(&mut File) -> io::Result<()>) -> Result<(), Fault> {
+        self.put(|draft| draft.fill_long(fill))
+    }
+
+    /// Puts a draft in the place of the file.
+    fn put(&self, write: impl FnOnce(&Hidden) -> io::Result<PathBuf>) -> Result<(), Fault> {
         let refuse = |error: io::Error| match error.downcast::<Fault>() {
             Ok(fault) => fault,
             Err(error) => unwritable(&self.path, &error),
@@ -108,7 +113,7 @@ impl OwnFile {
         // The record comes first, with both contents: whichever stands here if the run is killed is raylet's.
         let place = record(&self.path);
         let (file, note) = (Hidden::beside(&self.path)?, Hidden::beside(&place)?);
-        let draft = file.fill(None, fill).map_err(refuse)?;
+        let draft = write(&file).map_err(refuse)?;
         let mut contents: Vec<Checksum> = Vec::new();
         contents.extend(Checksum::of_file(&draft).map_err(refuse)?);
         contents.extend(recorded(&self.path).map_err(refuse)?);
