@@ -409,6 +409,27 @@ fn elements_of_scenes_are_their_layers() {
     );
 }
 
+/// A kinoform is its phase in the first order; other sums have no phase of their own.
+#[test]
+fn kinoforms_are_their_first_order() {
+    let room = tempfile::tempdir().unwrap();
+    let cells = choices(Quantity::Phase);
+    let grating = "kind = \"grating\"\nperiod_um = 20\ndirection_deg = 30\n";
+    let kinoform = |orders: &str| {
+        format!("kind = \"kinoform\"\norders = {orders}\n[[element.layer.layer]]\n{grating}")
+    };
+    let (expected, _) = made_of(room.path(), grating, &cells);
+    let (found, _) = made_of(room.path(), &kinoform("[0, 2, 1]"), &cells);
+    assert_eq!(found, expected);
+    let path = scene(room.path(), &kinoform("[0, 2]"));
+    let source = ExportSource::File(&path);
+    let refused = export_element(source, &room.path().join("a.npy"), &cells).unwrap_err();
+    assert!(
+        refused.to_string().contains("element[0].layer[0]"),
+        "{refused}"
+    );
+}
+
 #[test]
 fn elements_without_cells_need_a_pitch() {
     let room = tempfile::tempdir().unwrap();
