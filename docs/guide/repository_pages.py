@@ -16,6 +16,7 @@ PAGES = [
     "docs/aperture_scaling.md",
     "docs/exact_fields.md",
     "docs/huygens_psf.md",
+    "docs/hybrid_lens.md",
     "docs/limits.md",
     "docs/result.md",
     "docs/design.md",
@@ -24,7 +25,7 @@ PAGES = [
     "docs/rays.md",
     "GLOSSARY.md",
 ]
-PICTURES = ["docs/aperture_scaling.png", "docs/exact_fields.png", "docs/estimators.png"]
+PICTURES = ["docs/aperture_scaling.png", "docs/exact_fields.png", "docs/estimators.png", "docs/hybrid_lens.png"]
 
 LINK = re.compile(r"\]\(((?!https?:)[^)#\s]+)(#[^)\s]*)?\)")
 
