@@ -12,14 +12,14 @@ use raylet_plot::contrast::contrast_png;
 use raylet_plot::text_table::table;
 
 use crate::failure::Failure;
-use crate::say::say;
+use crate::say::{complain, say};
 
 /// Compares the fields of two runs on one sensor, the second taken as the reference.
 #[derive(Args)]
 pub(crate) struct Compare {
-    /// A folder of results, or a field.npz file.
+    /// A folder of results, a field.npz, or a beam file (.zbf).
     a: PathBuf,
-    /// The reference: a folder of results, or a field.npz file.
+    /// The reference: a folder of results, a field.npz, or a beam file (.zbf).
     b: PathBuf,
     /// Writes compare.json and compare.png into this folder.
     #[arg(long, value_name = "DIR")]
@@ -45,6 +45,11 @@ impl Compare {
         };
         let a = Side::read(&self.a, limit)?;
         let b = Side::read(&self.b, limit.without(a.fields.bytes()))?;
+        for side in [&a, &b] {
+            for sentence in &side.left_out {
+                complain(&format!("{}: left out: {sentence}", side.path.display()));
+            }
+        }
         let comparison = Comparison::of(&a, &b)?;
         let document = document::text(&comparison, COMPARISON_FILE)?;
         if let Some(target) = target {
@@ -58,7 +63,7 @@ impl Compare {
 }
 
 /// An amount of memory on the command line.
-fn megabytes(text: &str) -> Result<f64, String> {
+pub(crate) fn megabytes(text: &str) -> Result<f64, String> {
     match text.parse() {
         Ok(megabytes) if megabytes > 0.0 && megabytes <= 1e12 => Ok(megabytes),
         _ => Err(String::from(

@@ -11,6 +11,7 @@
 //! | `gradcheck` | `raylet gradcheck SCENE`: whether the gradients of a design are those of its loss |
 //! | `import` | `raylet import LENS`: a scene from the file of a program for lens design |
 //! | `export` | `raylet export SOURCE -o FILE`: an element as files that foundries and other programs take |
+//! | `convert` | `raylet convert SOURCE -o FILE`: a field as a beam file of OpticStudio, or back |
 //! | `schema` | `raylet schema`: the JSON Schema of scene files |
 //! | `paper` | `raylet paper NAME`: a study of the source paper, done again |
 //! | `overrides` | Choices on the command line that take the place of the scene's |
@@ -39,6 +40,7 @@
 mod absent;
 mod check;
 mod compare;
+mod convert;
 mod design;
 mod export;
 mod failure;
@@ -87,6 +89,7 @@ enum Verb {
     Gradcheck(gradcheck::Gradcheck),
     Import(import::Import),
     Export(export::Export),
+    Convert(convert::Convert),
     Schema(schema::Schema),
     Paper(paper::Paper),
 }
@@ -127,6 +130,7 @@ fn run(verb: &Verb) -> Result<(), Failure> {
         Verb::Gradcheck(verb) => verb.run(),
         Verb::Import(verb) => verb.run(),
         Verb::Export(verb) => verb.run(),
+        Verb::Convert(verb) => verb.run(),
         Verb::Schema(verb) => verb.run(),
         Verb::Paper(verb) => verb.run(),
     }

@@ -12,6 +12,7 @@ mod bare_mirror;
 mod check_lines;
 mod checkpoints;
 mod compare;
+mod convert;
 mod design;
 mod elements;
 mod endings;

@@ -154,6 +154,7 @@ mod tests {
                 y_mm: Array1::linspace(-0.15, 0.15, 4),
                 wavelength_um: Array1::linspace(0.5, 0.6, channels),
             },
+            left_out: Vec::new(),
         }
     }
 

@@ -9,9 +9,11 @@
 //! | [`model`] | From a scene to the system, hologram or design that it describes |
 //! | [`prescription`] | Prescriptions of other programs for lens design, read into scenes |
 //! | [`fabrication`] | Files that foundries and other programs take of an element |
+//! | [`beams`] | Beam files: fields in the format of Zemax OpticStudio |
 //! | [`result`] | What a run leaves behind: its document, its fields, and how alike two of them are |
 
 pub mod arrays;
+pub mod beams;
 pub mod decode;
 pub mod fabrication;
 pub mod model;

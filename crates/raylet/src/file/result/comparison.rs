@@ -8,9 +8,10 @@ use serde::{Deserialize, Serialize};
 
 use crate::file::arrays::memory::MemoryLimit;
 use crate::file::arrays::npz::Fields;
+use crate::file::beams::zbf_fields::BeamChoices;
 use crate::file::decode::fault::Fault;
+use crate::file::result::field_source::FieldSource;
 use crate::file::result::light_metrics::Metrics;
-use crate::file::result::result_folder::FIELD_FILE;
 use crate::wave::grid::metrics::{field_error, ncc, shape_error, unit_sum_mse};
 
 /// Version of the document that a comparison writes.
@@ -26,6 +27,8 @@ pub struct Side {
     pub path: PathBuf,
     /// The fields on the sensor, one for each wavelength.
     pub fields: Fields,
+    /// What of the file is not in the fields, as sentences; beam files hold more than a field.
+    pub left_out: Vec<String>,
 }
 
 /// The likeness of two runs, A and B.
@@ -82,25 +85,17 @@ pub struct Factor {
 }
 
 impl Side {
-    /// Reads a field.npz, or the one in a folder of results.
+    /// Reads a field.npz, the one in a folder of results, or a beam file (.zbf), of which Ex is taken.
     ///
     /// # Errors
     /// A file that cannot be used, arrays beyond the limit, or positions with unequal steps.
     pub fn read(path: &Path, limit: MemoryLimit) -> Result<Self, Fault> {
-        let path = match path.is_dir() {
-            true => path.join(FIELD_FILE),
-            false => path.to_path_buf(),
-        };
-        let fields = Fields::read(&path, limit)?;
-        for (name, axis) in [("x_mm", &fields.x_mm), ("y_mm", &fields.y_mm)] {
-            let step = (axis[axis.len() - 1] - axis[0]) / (axis.len().max(2) - 1) as f64;
-            let even = |(i, p): (usize, &f64)| (p - axis[0] - i as f64 * step).abs() <= TOLERANCE;
-            if !axis.iter().enumerate().all(even) {
-                let found = format!("`{name}` with unequal steps");
-                return Err(Fault::of_file(&path, found, "equally spaced positions"));
-            }
-        }
-        Ok(Self { path, fields })
+        let source = FieldSource::read(path, BeamChoices::default(), limit)?;
+        Ok(Self {
+            path: source.path,
+            fields: source.fields,
+            left_out: source.report.lost,
+        })
     }
 
     /// The area of a sample in mm²; an axis of one sample counts as 1 mm.
@@ -242,6 +237,7 @@ mod tests {
                 x_mm: axis.clone(),
                 y_mm: axis,
             },
+            left_out: Vec::new(),
         }
     }
 

@@ -13,10 +13,14 @@
 //! | `document` | JSON documents whose numbers are all finite |
 //! | `result_folder` | Folders of results: the document and the fields, written and read |
 //! | `comparison` | How alike the fields of two runs are, channel by channel and in total |
+//! | `field_source` | Fields that a user names: a folder of results, a field.npz, a beam file |
+//! | `conversion` | Fields from one kind of file to another |
 
 pub mod channel;
 pub mod comparison;
+pub mod conversion;
 pub mod document;
+pub(crate) mod field_source;
 pub mod hop_entry;
 pub mod light_metrics;
 pub mod machine;
