@@ -9,9 +9,7 @@
 //! | `hologram` | `raylet hologram SCENE`: the phase with which the sensor shows a picture |
 //! | `design` | `raylet design SCENE`: phases and parameters of the system, found by gradients |
 //! | `gradcheck` | `raylet gradcheck SCENE`: whether the gradients of a design are those of its loss |
-//! | `import` | `raylet import LENS`: a scene from the file of a program for lens design |
-//! | `export` | `raylet export SOURCE -o FILE`: an element as files that foundries and other programs take |
-//! | `convert` | `raylet convert SOURCE -o FILE`: a field as a beam file of OpticStudio, or back |
+//! | [`exchange`] | Verbs that exchange files with other programs: `import`, `export`, `convert` |
 //! | `schema` | `raylet schema`: the JSON Schema of scene files |
 //! | `paper` | `raylet paper NAME`: a study of the source paper, done again |
 //! | `overrides` | Choices on the command line that take the place of the scene's |
@@ -40,13 +38,11 @@
 mod absent;
 mod check;
 mod compare;
-mod convert;
 mod design;
-mod export;
+mod exchange;
 mod failure;
 mod gradcheck;
 mod hologram;
-mod import;
 mod interrupt;
 mod outputs;
 mod overrides;
@@ -87,9 +83,9 @@ enum Verb {
     Hologram(hologram::Hologram),
     Design(design::Design),
     Gradcheck(gradcheck::Gradcheck),
-    Import(import::Import),
-    Export(export::Export),
-    Convert(convert::Convert),
+    Import(exchange::import::Import),
+    Export(exchange::export::Export),
+    Convert(exchange::convert::Convert),
     Schema(schema::Schema),
     Paper(paper::Paper),
 }

@@ -104,24 +104,7 @@ impl Header {
             return refuse(found, "0 (mm), 1 (cm), 2 (in) or 3 (m)");
         };
 
-        // The length is that of the samples before any of them is read.
-        let components = if polarised { 2 } else { 1 };
-        let samples = u64::from(size[0]).saturating_mul(u64::from(size[1]));
-        let content = samples.saturating_mul(SAMPLE * components);
-        let fits = |count: &&usize| content.saturating_add((WHOLE + 8 * **count) as u64) == length;
-        let Some(count) = layouts.iter().find(fits).copied() else {
-            let needs: Vec<_> = layouts
-                .iter()
-                .map(|count| {
-                    content
-                        .saturating_add((WHOLE + 8 * count) as u64)
-                        .to_string()
-                })
-                .collect();
-            let of = format!("for {nx} x {ny} samples of {components} components");
-            let expected = format!("{} bytes {of}", needs.join(" or "));
-            return Err((format!("a file of {length} bytes"), expected));
-        };
+        let count = layout_of(layouts, size, polarised, length)?;
         let header = Self {
             version: u32::from(count == DOUBLES),
             size,
@@ -210,4 +193,28 @@ impl Header {
 fn whole(start: &[u8], i: usize) -> Option<i32> {
     let four = start.get(4 * i..)?.first_chunk()?;
     Some(i32::from_le_bytes(*four))
+}
+
+/// The layout, as its count of numbers, with which the samples end where the file ends.
+fn layout_of(
+    layouts: &[usize],
+    [nx, ny]: [u32; 2],
+    polarised: bool,
+    length: u64,
+) -> Result<usize, (String, String)> {
+    let components = if polarised { 2 } else { 1 };
+    let samples = u64::from(nx).saturating_mul(u64::from(ny));
+    let content = samples.saturating_mul(SAMPLE * components);
+    let needs = |count: usize| content.saturating_add((WHOLE + 8 * count) as u64);
+    let fits = layouts.iter().find(|count| needs(**count) == length);
+    fits.copied().ok_or_else(|| {
+        let lengths: Vec<_> = layouts
+            .iter()
+            .map(|count| needs(*count).to_string())
+            .collect();
+        let lengths = lengths.join(" or ");
+        let expected =
+            format!("{lengths} bytes for {nx} x {ny} samples of {components} components");
+        (format!("a file of {length} bytes"), expected)
+    })
 }

@@ -128,6 +128,19 @@ impl<'a> BeamPlan<'a> {
             format!("{} (mm² of raylet, the sum of |Ex|²)", short(power)),
         );
         report.line("Phase", "conjugated, as exp(−ikz); relative to a plane");
+        self.report_pilot(&mut report);
+        report.number("power", power);
+        report.number("wavelength_um", wavelength_um);
+        report.number("middle_x_mm", self.middle_mm[0]);
+        report.number("middle_y_mm", self.middle_mm[1]);
+        report.lost.push(String::from(
+            "the place of the beam: OpticStudio takes its middle as the axis",
+        ));
+        report
+    }
+
+    /// Reports the pilot beam.
+    fn report_pilot(&self, report: &mut ExportReport) {
         let pilot = self.header.pilot;
         report.line(
             "Pilot beam (x, y)",
@@ -137,14 +150,6 @@ impl<'a> BeamPlan<'a> {
                 pilot.map(|p| short(p.rayleigh)).join(", ")
             ),
         );
-        report.number("power", power);
-        report.number("wavelength_um", wavelength_um);
-        report.number("middle_x_mm", self.middle_mm[0]);
-        report.number("middle_y_mm", self.middle_mm[1]);
-        report.lost.push(String::from(
-            "the place of the beam: OpticStudio takes its middle as the axis",
-        ));
-        report
     }
 }
 
