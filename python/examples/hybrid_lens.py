@@ -159,6 +159,10 @@ beside its own it sends light into the orders 0 and 2.
 
 TAIL = """
 
+The light of order 0 comes to the focus of the lens alone. By paraxial rays its halo has a radius of 6 mm times the
+distance of the two foci over the focal length: 0.26 mm for F and 0.35 mm for C. The rim of this fast lens makes it
+wider.
+
 ![Intensity through focus and across the halo](hybrid_lens.png)
 """
 

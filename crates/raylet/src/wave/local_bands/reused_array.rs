@@ -15,18 +15,22 @@ thread_local! {
     static SPARE: RefCell<Vec<Vec<Complex64>>> = const { RefCell::new(Vec::new()) };
 }
 
-/// An array of zeros, in memory that this thread has kept if it is large enough.
+/// An array of zeros, in memory that this thread has kept: the smallest that is large enough, or else the largest, which grows.
 pub(crate) fn zeros(shape: (usize, usize)) -> Array2<Complex64> {
     let count = shape.0 * shape.1;
-    let smallest = |spare: &mut Vec<Vec<Complex64>>| {
+    let best = |spare: &mut Vec<Vec<Complex64>>| {
         let fits = spare
             .iter()
             .enumerate()
             .filter(|(_, one)| one.capacity() >= count);
-        let place = fits.min_by_key(|(_, one)| one.capacity())?.0;
-        Some(spare.swap_remove(place))
+        let place = fits
+            .min_by_key(|(_, one)| one.capacity())
+            .map(|(place, _)| place);
+        // The largest stands first.
+        let place = place.or((!spare.is_empty()).then_some(0))?;
+        Some(spare.remove(place))
     };
-    let Some(mut values) = SPARE.with_borrow_mut(smallest) else {
+    let Some(mut values) = SPARE.with_borrow_mut(best) else {
         return Array2::zeros(shape);
     };
     values.clear();
@@ -73,6 +77,13 @@ mod tests {
         let found = zeros((5, 5));
         assert_eq!(found.as_ptr(), beside);
         assert_eq!(zeros((20, 20)).as_ptr(), place);
+        keep(found);
+
+        // One that is too small grows, and is not kept beside the larger one.
+        let grown = zeros((50, 50));
+        assert!(grown.iter().all(|value| *value == Complex64::ZERO));
+        keep(grown);
+        assert_eq!(SPARE.with_borrow(Vec::len), 1);
         release();
         assert!(SPARE.with_borrow(Vec::is_empty));
     }
