@@ -11,6 +11,9 @@ use num_complex::Complex64;
 /// So many arrays a thread keeps: a tile has one under windows that an edge cuts and one under the others.
 const KEPT: usize = 2;
 
+/// Larger arrays, in numbers, are given back: they would take much memory beside what else a run needs.
+const LARGEST_KEPT: usize = 3_200_000;
+
 thread_local! {
     static SPARE: RefCell<Vec<Vec<Complex64>>> = const { RefCell::new(Vec::new()) };
 }
@@ -38,9 +41,12 @@ pub(crate) fn zeros(shape: (usize, usize)) -> Array2<Complex64> {
     Array2::from_shape_vec(shape, values).unwrap_or_else(|_| Array2::zeros(shape))
 }
 
-/// Keeps the memory of an array for this thread, if it is one of the largest.
+/// Keeps the memory of an array for this thread, if it is one of the largest up to [`LARGEST_KEPT`].
 pub(crate) fn keep(array: Array2<Complex64>) {
     let (values, _) = array.into_raw_vec_and_offset();
+    if values.capacity() > LARGEST_KEPT {
+        return;
+    }
     SPARE.with_borrow_mut(|spare| {
         spare.push(values);
         spare.sort_by_key(|one| std::cmp::Reverse(one.capacity()));
