@@ -37,6 +37,22 @@ impl ZernikeSum {
         }
     }
 
+    /// Its second derivative by y at the middle, in the unit of the coefficients over mm².
+    pub(crate) fn curvature_y(&self) -> f64 {
+        // Of r² times a constant, and of r² cos 2θ = x² − y².
+        let cosines = |m: usize| {
+            self.polynomials
+                .get(m)
+                .map(|[cosines, _]| cosines.as_slice())
+        };
+        let square = match cosines(0) {
+            Some([.., square, _]) => *square,
+            _ => 0.0,
+        };
+        let astigmatic = cosines(2).and_then(|list| list.last().copied());
+        2.0 * (square - astigmatic.unwrap_or(0.0)) / (self.radius * self.radius)
+    }
+
     /// The sum with all coefficients times a factor.
     pub(crate) fn times(mut self, factor: f64) -> Self {
         let all = self.polynomials.iter_mut().flatten().flatten();
@@ -73,11 +89,22 @@ fn add_term(polynomial: &mut Vec<f64>, n: u32, m: u32, a: f64) {
     if polynomial.len() <= half {
         polynomial.splice(0..0, vec![0.0; half + 1 - polynomial.len()]);
     }
-    let norm = (f64::from(n + 1) * if m == 0 { 1.0 } else { 2.0 }).sqrt();
+    let norm = noll_factor(n, m.cast_signed());
     let skipped = polynomial.len() - half - 1;
     for (s, place) in polynomial[skipped..].iter_mut().enumerate() {
         *place += a * norm * radial_coefficient(n, m, s as u32);
     }
+}
+
+/// Noll's index, from 1, of a radial order n and a signed azimuthal order m, negative for sines; none where there is no such term.
+pub(crate) fn noll_index(n: u32, m: i32) -> Option<usize> {
+    let first = (n as usize) * (n as usize + 1) / 2 + 1;
+    (first..=first + n as usize).find(|index| noll(*index) == (n, m))
+}
+
+/// The factor before the radial polynomial in Noll's normalisation: the square root of n + 1, or of twice that where m is not zero.
+pub(crate) fn noll_factor(n: u32, m: i32) -> f64 {
+    (f64::from(n + 1) * if m == 0 { 1.0 } else { 2.0 }).sqrt()
 }
 
 /// Radial order n and signed azimuthal order m of Noll's index (from 1); negative m for sines.

@@ -8,6 +8,7 @@ use ndarray::{Array2, ArrayView2};
 use num_complex::Complex64;
 
 use crate::file::arrays::array::{Array, BorrowedArray};
+use crate::file::arrays::grid_text::GridHead;
 use crate::file::arrays::memory::MemoryLimit;
 use crate::file::decode::fault::Fault;
 use crate::file::decode::origin::Origin;
@@ -237,6 +238,7 @@ impl<'a> Loader<'_, 'a> {
         let key = layer.key.as_deref();
         let array = self.array(&layer.height_um, key, path, "height_um")?;
         self.require_real(&array, path, "height_um")?;
+        self.require_pitch(&layer.height_um, layer.pitch_um, path, "height_um")?;
         self.require_size(
             &array,
             layer.size,
@@ -248,6 +250,7 @@ impl<'a> Loader<'_, 'a> {
     fn phase_grid(&mut self, layer: &PhaseGridLayer, path: &str) -> Result<(), Fault> {
         let array = self.array(&layer.phase, layer.key.as_deref(), path, "phase")?;
         self.require_real(&array, path, "phase")?;
+        self.require_pitch(&layer.phase, layer.pitch_um, path, "phase")?;
         let field = format!("{path}.phase");
         self.require_size(&array, layer.size, &layer.phase, &field)?;
         self.require_spline(&array, &layer.phase, &field)
@@ -286,6 +289,7 @@ impl<'a> Loader<'_, 'a> {
     fn grid(&mut self, grid: &GridShape, path: &str) -> Result<(), Fault> {
         let array = self.array(&grid.height_um, grid.key.as_deref(), path, "height_um")?;
         self.require_real(&array, path, "height_um")?;
+        self.require_pitch(&grid.height_um, grid.pitch_um, path, "height_um")?;
         self.require_spline(&array, &grid.height_um, &format!("{path}.height_um"))
     }
 
@@ -302,6 +306,9 @@ impl<'a> Loader<'_, 'a> {
             let array = self.array(file, layer.key.as_deref(), path, field)?;
             if field != "transmission" {
                 self.require_real(&array, path, field)?;
+            }
+            if field == "phase" {
+                self.require_pitch(file, layer.pitch_um, path, field)?;
             }
             let given = array.borrowed().shape();
             match shape {
@@ -362,6 +369,29 @@ impl<'a> Loader<'_, 'a> {
             })?;
         self.left -= bytes;
         Ok(())
+    }
+
+    /// A grid of Zemax that is read from its file states its pitch itself.
+    fn require_pitch(
+        &self,
+        file: &Path,
+        pitch_um: [f64; 2],
+        path: &str,
+        field: &str,
+    ) -> Result<(), Fault> {
+        let path = format!("{path}.{field}");
+        let grid = file
+            .extension()
+            .is_some_and(|end| end.eq_ignore_ascii_case("dat"));
+        let in_memory = self.lent.contains_key(&path) || self.held.by_field.contains_key(&path);
+        if !grid || in_memory {
+            return Ok(());
+        }
+        let place = self.origin.beside(file);
+        let at_field = |inner: Fault| self.origin.fault_of_file(&path, inner);
+        let head = GridHead::read(&place).map_err(at_field)?;
+        head.require_pitch(pitch_um)
+            .map_err(|(found, expected)| at_field(Fault::of_file(&place, found, expected)))
     }
 
     fn require_real(&self, array: &Source, path: &str, field: &str) -> Result<(), Fault> {

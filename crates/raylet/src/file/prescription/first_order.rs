@@ -3,9 +3,11 @@
 //! The axis is taken as straight: turns and shifts of it do not count. Heights are y (mm), slopes are optical: p = n·u along
 //! the way of the light.
 
-use crate::file::prescription::glass_choice::MediumBehind;
+use crate::file::prescription::glasses::glass_choice::MediumBehind;
+use crate::file::prescription::imported_grids::GridKind;
 use crate::file::prescription::sequential::{Action, ApertureRule, Behind, FieldKind, Sequential};
 use crate::file::scene::layer::Layer;
+use crate::optics::zernike::ZernikeSum;
 
 /// A ray behind each surface but the object: its height and optical slope.
 type Heights = Vec<[f64; 2]>;
@@ -176,7 +178,8 @@ fn stages(lens: &Sequential, media: &[MediumBehind], wavelength: f64) -> Vec<Sta
     let mut list = Vec::new();
     let pairs = lens.surface.iter().zip(media).skip(1).zip(media);
     for ((face, behind), before) in pairs {
-        let curvature = heading * face.curve.vertex_curvature();
+        let vertex = face.curve.vertex_curvature() + face.grid_curvature(GridKind::Sag);
+        let curvature = heading * vertex;
         let reflects = face.behind == Behind::Reflected;
         let own = match face.action {
             Action::Turn(_) => 0.0,
@@ -200,6 +203,7 @@ fn stages(lens: &Sequential, media: &[MediumBehind], wavelength: f64) -> Vec<Sta
             .iter()
             .map(|layer| power(layer, wavelength))
             .sum();
+        let phases = phases + bending(0.5 * face.grid_curvature(GridKind::Phase), wavelength);
         list.push(Stage {
             power: own + phases,
             reduced: heading * thickness / behind.index,
@@ -220,9 +224,17 @@ fn power(layer: &Layer, wavelength: f64) -> f64 {
             let sum_of_squares: f64 = squares.map(|term| term.coefficient).sum();
             sum_of_squares / sum.norm_radius_mm.powi(2)
         }
+        Layer::Zernike(sum) => {
+            let sum = ZernikeSum::new(sum.norm_radius_mm, sum.coefficients.clone());
+            0.5 * sum.curvature_y()
+        }
         _ => 0.0,
     };
-    // The phase bends a ray by its slope over k.
+    bending(square, wavelength)
+}
+
+/// Power in 1/mm of a phase with this coefficient of y² in rad/mm²: it bends a ray by its slope over k.
+fn bending(square: f64, wavelength: f64) -> f64 {
     -2.0 * square * wavelength / std::f64::consts::TAU
 }
 

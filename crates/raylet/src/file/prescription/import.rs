@@ -1,16 +1,26 @@
 //! From the file of a program for lens design to a scene, with a report of what was changed and left out.
 
 use std::collections::BTreeMap;
+use std::io::{Cursor, Read, Seek};
 use std::path::{Path, PathBuf};
+use std::sync::Arc;
+
+use ndarray::Array2;
 
 use crate::engine::geometrical::chief_ray::{chief_entry, chief_landing};
+use crate::file::arrays::regular_file;
 use crate::file::decode::fault::{Fault, shortened};
 use crate::file::model::build::system;
+use crate::file::prescription::archive::zar_archive::READABLE;
+use crate::file::prescription::archive::zar_lens::archived_lens;
 use crate::file::prescription::codev::codev_reader::read_codev;
 use crate::file::prescription::first_order::FirstOrder;
-use crate::file::prescription::glass_choice::{GlassSources, MediumBehind, media};
-use crate::file::prescription::glass_file::GlassFiles;
+use crate::file::prescription::glasses::glass_choice::{GlassSources, MediumBehind, media};
+use crate::file::prescription::glasses::glass_file::GlassFiles;
 use crate::file::prescription::import_report::{ImportReport, Losses, ReportedNumber};
+use crate::file::prescription::imported_grids::{
+    ImportedArray, grids_of, named_arrays, with_arrays,
+};
 use crate::file::prescription::lens_file::bytes_of;
 use crate::file::prescription::lens_table::read_table;
 use crate::file::prescription::lens_text::LensText;
@@ -62,6 +72,8 @@ pub struct ImportedLens {
     pub report: ImportReport,
     /// Position of the scene's first element behind the first surface of the file in mm.
     pub first_element_mm: f64,
+    /// Arrays that the scene names, which belong beside it.
+    pub arrays: Vec<ImportedArray>,
 }
 
 /// A kind of lens file.
@@ -73,6 +85,8 @@ enum Format {
     CodeV,
     /// A table of surfaces.
     Table,
+    /// An archive of OpticStudio with a file of Zemax.
+    Archive,
 }
 
 impl Format {
@@ -83,6 +97,7 @@ impl Format {
             "zmx" => Ok(Self::Zemax),
             "seq" => Ok(Self::CodeV),
             "csv" => Ok(Self::Table),
+            "zar" => Ok(Self::Archive),
             _ => {
                 let found = format!("a file that ends with .{}", shortened(&end));
                 Err(Fault::of_file(path, found, KINDS))
@@ -93,14 +108,18 @@ impl Format {
 
 /// The lens files that are read, in words.
 const KINDS: &str =
-    "a lens file of OpticStudio (.zmx) or CODE V (.seq), or a table of surfaces (.csv)";
+    "a lens file of OpticStudio (.zmx, .zar) or CODE V (.seq), or a table of surfaces (.csv)";
 
-/// Reads a lens file of Zemax (.zmx) or CODE V (.seq), or a table of surfaces (.csv).
+/// Reads a lens file of Zemax (.zmx, or .zar with its glasses) or CODE V (.seq), or a table of surfaces (.csv).
 ///
 /// # Errors
 /// A file that cannot be read, or the first fault of its text with its line.
 pub fn import_lens(path: &Path, choices: &ImportChoices) -> Result<ImportedLens, Fault> {
-    Format::of(path)?;
+    if Format::of(path)? == Format::Archive {
+        let file = regular_file::open(path);
+        let file = file.map_err(|found| Fault::of_file(path, found, READABLE))?;
+        return import_archive(file, path, choices);
+    }
     let bytes = bytes_of(path, "a readable lens file")?;
     import_bytes(&bytes, path, choices)
 }
@@ -114,42 +133,74 @@ pub fn import_bytes(
     path: &Path,
     choices: &ImportChoices,
 ) -> Result<ImportedLens, Fault> {
-    let text = LensText::new(bytes, path);
+    match Format::of(path)? {
+        Format::Archive => import_archive(Cursor::new(bytes), path, choices),
+        format => import_text(&LensText::new(bytes, path), format, &[], choices),
+    }
+}
+
+/// The lens of an archive, with glasses of the archive's own catalogues.
+fn import_archive(
+    source: impl Read + Seek,
+    path: &Path,
+    choices: &ImportChoices,
+) -> Result<ImportedLens, Fault> {
+    let archived = archived_lens(source, path)?;
+    let (name, bytes) = &archived.lens;
+    let text = LensText::new(bytes, name);
+    let mut lens = import_text(&text, Format::Zemax, &archived.catalogues, choices)?;
+    let report = &mut lens.report;
+    report.read.insert(0, archived.read_sentence(path));
+    report.left_out.extend(archived.unused_sentence());
+    Ok(lens)
+}
+
+/// The lens of a text, with glasses sought in archived catalogues after those of the user.
+fn import_text(
+    text: &LensText,
+    format: Format,
+    archived: &[(PathBuf, Vec<u8>)],
+    choices: &ImportChoices,
+) -> Result<ImportedLens, Fault> {
     let mut losses = Losses::default();
-    let read = match Format::of(path)? {
-        Format::Zemax => read_zemax,
+    let read = match format {
+        Format::Zemax | Format::Archive => read_zemax,
         Format::CodeV => read_codev,
         Format::Table => read_table,
     };
     let lens = read(
-        &text,
+        text,
         choices.skip_unknown,
         choices.configuration,
         &mut losses,
     )?;
     let files = GlassFiles::read(&choices.glass_files)?;
+    let files = files.followed_by(archived, &lens.catalogues)?;
     let sources = GlassSources {
         replaced: &choices.glasses,
         files: &files,
     };
-    let lens = focused(lens, &text, sources)?;
-    let chosen = Chosen::of(&lens, &text, choices)?;
+    let lens = focused(lens, text, sources)?;
+    let chosen = Chosen::of(&lens, text, choices)?;
     let wavelength = chosen.wavelength_um * 1e-3;
-    let media = media(&lens, &text, wavelength, sources, &mut losses)?;
-    let first = first_order(&lens, &text, &media, wavelength)?;
+    let media = media(&lens, text, wavelength, sources, &mut losses)?;
+    let first = first_order(&lens, text, &media, wavelength)?;
     let import = Import {
         lens: &lens,
-        text: &text,
+        text,
         media: &media,
         first: &first,
         chosen,
+        grids: grids_of(&lens.surface),
     };
     let (scene, first_element_mm) = import.scene(&mut losses)?;
     let report = import.report(&scene, losses);
+    let arrays = named_arrays(&scene, &import.grids);
     Ok(ImportedLens {
         scene,
         report,
         first_element_mm,
+        arrays,
     })
 }
 
@@ -252,6 +303,7 @@ struct Import<'a> {
     media: &'a [MediumBehind],
     first: &'a FirstOrder,
     chosen: Chosen,
+    grids: BTreeMap<PathBuf, Arc<Array2<f64>>>,
 }
 
 impl Import<'_> {
@@ -348,9 +400,11 @@ impl Import<'_> {
         })
     }
 
-    /// A scene as its text says it, checked.
+    /// A scene as its text says it, with its arrays, checked.
     fn parsed(&self, scene: &Scene) -> Result<Scene, Fault> {
-        Scene::parse(&scene.to_toml()?, Path::new(""))
+        let scene = Scene::parse(&scene.to_toml()?, Path::new(""))?;
+        let arrays = named_arrays(&scene, &self.grids);
+        with_arrays(scene, &arrays)
     }
 
     /// A fault of the scene at the line of the file that its element comes from.

@@ -7,7 +7,7 @@ use crate::file::arrays::regular_file;
 use crate::file::decode::fault::Fault;
 
 /// The largest file that is read, in bytes.
-const LARGEST: u64 = 20_000_000;
+pub(crate) const LARGEST: u64 = 20_000_000;
 
 /// All bytes of a file; `what` says what it should be.
 ///

@@ -70,6 +70,20 @@ impl LensText {
         name.to_string_lossy().into_owned()
     }
 
+    /// The name of the file without its folder and its ending, of letters, digits, hyphens and underscores alone.
+    pub(crate) fn stem(&self) -> String {
+        let stem = self.origin.file.file_stem().unwrap_or_default();
+        let stem = stem.to_string_lossy();
+        let kept = stem.chars().map(|c| {
+            if c.is_alphanumeric() || c == '-' {
+                c
+            } else {
+                '_'
+            }
+        });
+        kept.take(80).collect()
+    }
+
     /// All lines with their numbers, from 1.
     pub(crate) fn lines(&self) -> impl Iterator<Item = (usize, &str)> {
         (1..).zip(self.origin.text.split('\n'))

@@ -5,14 +5,15 @@
 //! | `lens_text` | The text of a lens file: its encoding, its lines as records, and faults that point into it |
 //! | `lens_file` | The bytes of a lens file on the disk |
 //! | `sequential` | A sequential prescription, in millimetres, whatever its format |
+//! | `imported_grids` | Arrays of values inside a lens file, which its scene names |
 //! | `import_report` | What an import tells: what was read, what was changed, and what was left out |
 //! | `outline` | Apertures of surfaces, from the numbers of a file |
-//! | `formula_table` | A formula of dispersion as the table of indices that a scene can hold |
+//! | `zernike_order` | Zernike polynomials in the orders of other programs |
 //! | `zemax` | Files of Zemax and OpticStudio (.zmx) |
 //! | `codev` | Files of CODE V (.seq) |
+//! | `archive` | Archives of OpticStudio (.zar) with a lens and its glasses |
 //! | `lens_table` | A table of surfaces (.csv) as a sequential prescription |
-//! | `glass_file` | Glasses of users: catalogues in the format of Zemax (.agf) |
-//! | `glass_choice` | The media of a prescription: by names of the catalogue, or by numbers of the file |
+//! | `glasses` | Glasses: catalogues of users, the media of a prescription |
 //! | `first_order` | First-order optics of a prescription: pupils, the size of its stop |
 //! | `rim_sizes` | How wide the rims of surfaces are that a file does not fix |
 //! | `element_parts` | Parts of a scene's elements that an import makes and alters: rims, names, distances |
@@ -21,21 +22,25 @@
 //! | `scene_text` | A scene as the text of a file that people read |
 //! | `import` | From the file of a program for lens design to a scene, with a report |
 //! | `shapes_test` | Tests: surfaces of Zemax files, against the formulas of their types |
+//! | `zernike_test` | Tests: Zernike surfaces and phases, against their formulas and against what OpticStudio stored |
+//! | `grids_test` | Tests: grids of values inside Zemax files, and as files that scenes name |
 //! | `import_test` | Tests: whole Zemax files by hand, their axes, apertures, fields, glasses and faults |
 //! | `optiland_test` | Tests: lens files of other projects, against Optiland and against what OpticStudio left in them |
-//! | `rayoptics_test` | Tests: files of CODE V of other projects, against ray-optics |
+//! | `rayoptics_test` | Tests: files of CODE V and Zemax of other projects, against ray-optics |
 //! | `mutations_test` | Tests: altered lens files give a scene or an error |
 
+pub(crate) mod archive;
 pub(crate) mod codev;
 pub(crate) mod element_parts;
 pub(crate) mod first_order;
-pub(crate) mod formula_table;
-pub(crate) mod glass_choice;
-pub(crate) mod glass_file;
+pub(crate) mod glasses;
+#[cfg(test)]
+mod grids_test;
 pub mod import;
 pub mod import_report;
 #[cfg(test)]
 mod import_test;
+pub mod imported_grids;
 pub(crate) mod lens_file;
 pub(crate) mod lens_table;
 pub(crate) mod lens_text;
@@ -54,3 +59,6 @@ pub(crate) mod sequential;
 #[cfg(test)]
 mod shapes_test;
 pub(crate) mod zemax;
+pub(crate) mod zernike_order;
+#[cfg(test)]
+mod zernike_test;

@@ -37,7 +37,7 @@ const NUMBERS: [&str; 20] = [
 ];
 
 /// Records of Zemax that stand in place of others.
-const ZEMAX: [&str; 26] = [
+const ZEMAX: [&str; 34] = [
     "SURF 3",
     "STOP",
     "TYPE STANDARD",
@@ -62,12 +62,20 @@ const ZEMAX: [&str; 26] = [
     "UNIT IN",
     "FNUM 2 1",
     "FLOA",
+    "TYPE SZERNSAG",
+    "TYPE FZERNSAG",
+    "TYPE FZERNPHA",
+    "TYPE GRID_SAG",
+    "TYPE GRID_PHA",
+    "GDAT 4 4 9 9 0 0",
+    "GARR 0 1 0 0 0 0",
+    "TYPE BLACKBOX",
     "MNUM 2 1",
     "THIC 1 2 3.5 0 0",
 ];
 
 /// Commands of CODE V that stand in place of others.
-const CODEV: [&str; 44] = [
+const CODEV: [&str; 45] = [
     "S 50 5 NBK7_SCHOTT",
     "s .1 &",
     "S 0 -5 REFL",
@@ -98,6 +106,7 @@ const CODEV: [&str; 44] = [
     "CYL",
     "SPS ODD; SCO C4 1e-4",
     "SPS XYP; SCO C7 1e-4",
+    "SPS ZFR; SCO NRADIUS 9; SCO C8 1e-4",
     "XDE 1; YDE 2; ZDE 3; ADE 10; BDE 5",
     "DAR",
     "ADE 30; BEN",
@@ -129,7 +138,8 @@ impl Numbers {
 }
 
 /// The text of a file, with one to four of its lines or numbers altered.
-fn altered(text: &str, records: &[&str], numbers: &mut Numbers) -> Vec<u8> {
+fn altered(text: &str, records: &[&str], separator: u8, numbers: &mut Numbers) -> Vec<u8> {
+    let separator = char::from(separator);
     let mut lines: Vec<String> = text.lines().map(str::to_owned).collect();
     for _ in 0..=numbers.below(4) {
         if lines.is_empty() {
@@ -147,12 +157,15 @@ fn altered(text: &str, records: &[&str], numbers: &mut Numbers) -> Vec<u8> {
             }
             4 => lines.truncate(at.max(1)),
             _ => {
-                let mut words: Vec<&str> = lines[at].split_whitespace().collect();
+                let mut words: Vec<&str> = match separator {
+                    ' ' => lines[at].split_whitespace().collect(),
+                    separator => lines[at].split(separator).collect(),
+                };
                 if words.len() > 1 {
                     let place = 1 + numbers.below(words.len() - 1);
                     words[place] = NUMBERS[numbers.below(NUMBERS.len())];
                 }
-                lines[at] = words.join(" ");
+                lines[at] = words.join(&separator.to_string());
             }
         }
     }
@@ -167,6 +180,37 @@ fn altered(text: &str, records: &[&str], numbers: &mut Numbers) -> Vec<u8> {
 #[test]
 fn mutated_files_of_zemax_give_a_scene_or_an_error() {
     mutate("zmx", &ZEMAX);
+}
+
+/// Lines of tables that stand in place of others.
+const TABLE: [&str; 14] = [
+    "radius, thickness, glass, semi_diameter, conic, a4",
+    "curvature,thickness",
+    "# wavelengths_um: 0.5, 0.6",
+    "# wavelengths_um: 1e9",
+    "# fields_deg: 0, 5, 80",
+    "# object_mm: 100",
+    "# object_mm: 0",
+    "stop,,5,,4,,",
+    "front,50,3,N-BK7,6,-0.5,1e-6",
+    "a,-50,inf,mirror,6,,",
+    "b,1e-9,3,NOGLASS,6,,",
+    ",,,,,,,,,,,,",
+    "c,0,0,,0,0,0",
+    "\"quoted, name\",20,1,,3,,",
+];
+
+/// A table as the guide has it.
+const TABLES: [&str; 2] = [
+    "# wavelengths_um: 0.5876\nname, radius, thickness, glass, semi_diameter, conic, a4\nstop, , 5, , 4, ,\n\
+     front, 50, 3, N-BK7, 6, -0.5, 1e-6\nback, -50, 40, , 6, ,\n",
+    "# fields_deg: 0, 3\n# object_mm: 200\ncurvature,thickness,glass,semi_diameter,stop\n0.01,4,517642,8,\n-0.01,2,,8,\n\
+     0,6,,3,x\n0.02,80,mirror,9,\n",
+];
+
+#[test]
+fn mutated_tables_give_a_scene_or_an_error() {
+    mutate_texts("csv", &TABLE, &TABLES.map(str::to_owned), b',');
 }
 
 #[test]
@@ -191,12 +235,22 @@ fn mutate(kind: &str, records: &[&str]) {
         .iter()
         .map(|file| decoded(&fs::read(file).unwrap()))
         .collect();
+    mutate_texts(kind, records, &texts, b' ');
+}
+
+/// Reads altered texts of this kind, whose words stand between separators.
+fn mutate_texts(kind: &str, records: &[&str], texts: &[String], separator: u8) {
     let wanted = std::env::var("RAYLET_MUTATIONS").ok();
     let count = wanted.map_or(MUTATIONS, |count| count.parse().unwrap());
     let (name, mut scenes) = (format!("a.{kind}"), 0);
     for seed in 0..count {
         let mut numbers = Numbers(seed);
-        let bytes = altered(&texts[numbers.below(texts.len())], records, &mut numbers);
+        let bytes = altered(
+            &texts[numbers.below(texts.len())],
+            records,
+            separator,
+            &mut numbers,
+        );
         let choices = ImportChoices {
             field: 1 + numbers.below(2),
             skip_unknown: numbers.below(2) == 0,

@@ -7,7 +7,7 @@ use crate::file::prescription::element_parts::{
     disc, height, hollow, name, rim, set_thickness, widen,
 };
 use crate::file::prescription::first_order::FirstOrder;
-use crate::file::prescription::glass_choice::MediumBehind;
+use crate::file::prescription::glasses::glass_choice::MediumBehind;
 use crate::file::prescription::import_report::Losses;
 use crate::file::prescription::lens_text::LensText;
 use crate::file::prescription::rim_sizes::Rims;

@@ -1,9 +1,11 @@
 //! A sequential prescription: what any program for lens design writes down of a lens, in millimetres, whatever its format.
 
+use crate::file::prescription::imported_grids::{FaceGrid, GridKind};
 use crate::file::scene::aperture::Aperture;
 use crate::file::scene::layer::Layer;
 use crate::file::scene::material::OwnMedium;
 use crate::file::scene::surface_shape::Shape;
+use crate::optics::zernike::ZernikeSum;
 
 /// A lens as a list of surfaces, with its light.
 #[derive(Clone, Debug, PartialEq)]
@@ -75,6 +77,8 @@ pub(crate) struct Face {
     pub curve: Curve,
     /// Phases of a diffractive element on it.
     pub phase: Vec<Layer>,
+    /// Values on a grid that its curve or its phase names.
+    pub grid: Option<FaceGrid>,
     /// What follows it.
     pub behind: Behind,
     /// Its semi-diameter in mm, and whether the user fixed it.
@@ -161,12 +165,25 @@ impl Face {
             thickness_mm: 0.0,
             curve: Curve::default(),
             phase: Vec::new(),
+            grid: None,
             behind: Behind::Air,
             semi_diameter: None,
             clips: false,
             outline: None,
             blocked: Vec::new(),
         }
+    }
+}
+
+impl Face {
+    /// The second derivative by y of its grid in the middle, where it has one of this kind: in 1/mm of heights, in rad/mm² of phases.
+    pub(crate) fn grid_curvature(&self, kind: GridKind) -> f64 {
+        let grid = self.grid.as_ref().filter(|grid| grid.kind == kind);
+        let unit = match kind {
+            GridKind::Sag => 1e-3,
+            GridKind::Phase => 1.0,
+        };
+        grid.map_or(0.0, |grid| unit * grid.curvature_y())
     }
 }
 
@@ -189,6 +206,10 @@ impl Curve {
                 let squares = sum.terms.iter().filter(|term| (term.x, term.y) == (0, 2));
                 let height_um: f64 = squares.map(|term| term.height_um).sum();
                 self.curvature + 2e-3 * height_um / sum.norm_radius_mm.powi(2)
+            }
+            Some(Shape::Zernike(sum)) => {
+                let sum = ZernikeSum::new(sum.norm_radius_mm, sum.coefficients_um.clone());
+                self.curvature + 1e-3 * sum.curvature_y()
             }
             _ => self.curvature,
         }

@@ -37,7 +37,7 @@ pub(crate) fn refused(text: &str) -> String {
 }
 
 /// The height of the first surface of a file at (x, y) in mm.
-fn sag(unit: &str, records: &str, [x, y]: [f64; 2]) -> f64 {
+pub(crate) fn sag(unit: &str, records: &str, [x, y]: [f64; 2]) -> f64 {
     let lens = imported(&file(unit, records));
     let keys: Option<SurfaceShape<'_>> = match lens.scene.element.first() {
         Some(Element::Surface(surface)) => Some(surface.surface_shape()),
@@ -47,14 +47,14 @@ fn sag(unit: &str, records: &str, [x, y]: [f64; 2]) -> f64 {
     keys.unwrap().optics(None).unwrap().sag(x, y).unwrap()
 }
 
-const GLASS: &str = "  GLAS N-BK7 0 0 1.5 40\n";
+pub(crate) const GLASS: &str = "  GLAS N-BK7 0 0 1.5 40\n";
 
-fn conic(curvature: f64, constant: f64, r2: f64) -> f64 {
+pub(crate) fn conic(curvature: f64, constant: f64, r2: f64) -> f64 {
     curvature * r2 / (1.0 + (1.0 - (1.0 + constant) * curvature * curvature * r2).sqrt())
 }
 
 #[track_caller]
-fn agree(found: f64, expected: f64) {
+pub(crate) fn agree(found: f64, expected: f64) {
     assert!(
         (found - expected).abs() < 1e-13 * expected.abs().max(1.0),
         "{found} {expected}"
@@ -131,7 +131,12 @@ fn surfaces_with_two_curvatures_keep_their_axes() {
         "  TYPE TOROIDAL\n  CURV 0.1\n  CONI -0.5\n  PARM 1 0\n  PARM 3 1e-3\n  PARM 4 -2e-4\n{GLASS}"
     );
     let toroid = format!("  TYPE TOROIDAL\n  CURV 0.1\n  PARM 1 20\n  PARM 3 1e-3\n{GLASS}");
+    // A term of y² beside a parabola, and one without a curvature.
+    let parabola = format!("  TYPE TOROIDAL\n  CURV 0.06\n  CONI -1\n  PARM 2 0.02\n{GLASS}");
+    let square = format!("  TYPE TOROIDAL\n  PARM 2 0.05\n{GLASS}");
     for [x, y] in POINTS {
+        agree(sag("MM", &parabola, [x, y]), 0.05 * y * y);
+        agree(sag("MM", &square, [x, y]), 0.05 * y * y);
         let both = 0.05 * x * x + 0.1 * y * y;
         let root = 1.0 - 1.3 * 0.0025 * x * x - 0.5 * 0.01 * y * y;
         agree(sag("MM", &biconic, [x, y]), both / (1.0 + root.sqrt()));
@@ -232,7 +237,7 @@ fn negative_phases_converge() {
 fn what_has_no_counterpart_is_refused_with_its_line() {
     for (records, found) in [
         (
-            "  TYPE TOROIDAL\n  PARM 2 1e-3\n",
+            "  TYPE TOROIDAL\n  CURV 0.1\n  PARM 2 1e-3\n",
             "a coefficient of y² = 0.001 on a toroid",
         ),
         (
@@ -253,7 +258,7 @@ fn what_has_no_counterpart_is_refused_with_its_line() {
             "  TYPE DGRATING\n  PARM 2 0.5\n",
             "a diffraction order of 0.5",
         ),
-        ("  TYPE SZERNSAG\n", "a surface of type SZERNSAG"),
+        ("  TYPE CHEBYSHV\n", "a surface of type CHEBYSHV"),
     ] {
         let message = refused(&file("MM", records));
         assert!(message.starts_with("a.zmx:14:3: found "), "{message}");

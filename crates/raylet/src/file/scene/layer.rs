@@ -178,7 +178,7 @@ table! {
         /// array otherwise.
         #[serde(default, deserialize_with = "count")]
         pub size: Option<[usize; 2]>,
-        /// Real 2-D array of heights in micrometres, indexed [y, x], in a .npy or .npz file.
+        /// Real 2-D array of heights in micrometres, indexed [y, x], in a .npy or .npz file, or a grid of OpticStudio (.dat).
         pub height_um: PathBuf,
         /// The material of the relief: a catalogue name or { index = … }. On an interface it is one of the two media, and the
         /// relief reaches into the other.
@@ -279,7 +279,7 @@ table! {
         #[serde(default, deserialize_with = "count")]
         pub size: Option<[usize; 2]>,
         /// Real 2-D array of the phase in radians without jumps of 2π, indexed [y, x] with rows growing with y, at least 4 × 4,
-        /// in a .npy or .npz file. The outer samples lie at the edge of the aperture or beyond.
+        /// in a .npy or .npz file, or a grid of OpticStudio (.dat). The outer samples lie at the edge of the aperture or beyond.
         pub phase: PathBuf,
         /// Name of the array in a .npz file; without it `phase`, or else its only array.
         #[serde(default)]

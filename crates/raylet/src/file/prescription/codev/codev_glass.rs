@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 
 use crate::file::decode::fault::{Fault, shortened};
 use crate::file::prescription::codev::codev_commands::{Command, key, unquoted};
-use crate::file::prescription::formula_table::tabulated;
+use crate::file::prescription::glasses::formula_table::tabulated;
 use crate::file::prescription::lens_text::LensText;
 use crate::file::prescription::sequential::{Behind, GlassRequest};
 use crate::file::scene::material::OwnMedium;

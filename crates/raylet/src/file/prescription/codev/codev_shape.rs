@@ -6,8 +6,9 @@ use crate::file::decode::fault::Fault;
 use crate::file::prescription::codev::codev_commands::Command;
 use crate::file::prescription::lens_text::LensText;
 use crate::file::prescription::sequential::Curve;
+use crate::file::prescription::zernike_order::{MOST_FRINGE, noll_of_fringe};
 use crate::file::scene::surface_shape::{
-    BiconicShape, OddShape, PolynomialShape, PolynomialTerm, Shape, ToroidShape,
+    BiconicShape, OddShape, PolynomialShape, PolynomialTerm, Shape, ToroidShape, ZernikeShape,
 };
 
 /// Words of coefficients: of r⁴, r⁶, … r²⁰.
@@ -18,6 +19,9 @@ const ANAMORPHIC: [&str; 8] = ["AR", "BR", "CR", "DR", "AP", "BP", "CP", "DP"];
 
 /// The highest number of a coefficient of a special surface.
 const MOST_SPECIAL: usize = 200;
+
+/// The coefficient of the first fringe polynomial.
+const FIRST_FRINGE: usize = 4;
 
 /// The kind of a shape.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -35,6 +39,8 @@ enum Kind {
     Odd,
     /// Powers of x and y.
     Polynomial,
+    /// Fringe Zernike polynomials.
+    Fringe,
 }
 
 /// The numbers of a shape, in the unit of the file.
@@ -49,6 +55,7 @@ pub(crate) struct RawShape {
     conic_x: f64,
     power: [f64; 9],
     special: BTreeMap<usize, f64>,
+    norm_radius: Option<f64>,
     fresnel: f64,
     anamorphic: BTreeMap<&'static str, f64>,
 }
@@ -95,6 +102,14 @@ impl RawShape {
     }
 
     fn read_special(&mut self, text: &LensText, command: &Command<'_>) -> Result<(), Fault> {
+        let radius = command.values.first().is_some_and(|word| {
+            let word = word.to_ascii_uppercase();
+            word == "NRADIUS" || word == "NRA"
+        });
+        if radius {
+            self.norm_radius = Some(command.number(text, 1)?);
+            return Ok(());
+        }
         let place = match (command.qualifier('C'), command.values.first()) {
             (Some(number), _) => number.parse::<usize>().ok(),
             (None, Some(word)) if word.eq_ignore_ascii_case("K") => Some(1),
@@ -148,7 +163,8 @@ impl RawShape {
                 "a cylinder, or a toroid along y (YTO)".to_owned(),
             )),
             Kind::Odd => Ok(self.odd(round, unit)),
-            Kind::Polynomial => Ok(self.polynomial(round, unit)),
+            Kind::Polynomial => self.polynomial(round, unit),
+            Kind::Fringe => self.fringe(round, unit),
         }
     }
 
@@ -198,8 +214,9 @@ impl RawShape {
         }
     }
 
-    /// Coefficient 1 is the conic constant, from 2 on are those of x, y, x², xy, y², x³, …
-    fn polynomial(&self, round: Curve, unit: f64) -> Curve {
+    /// Coefficient 1 is the conic constant, from 2 on are those of x, y, x², xy, y², x³, … over the norm radius, or 1.
+    fn polynomial(&self, round: Curve, unit: f64) -> Result<Curve, Refusal> {
+        let norm_radius_mm = norm_radius(self.norm_radius.unwrap_or(1.0), unit)?;
         let powers = (1u32..).flat_map(|order| (0..=order).map(move |y| [order - y, y]));
         let terms = (2..=MOST_SPECIAL)
             .zip(powers)
@@ -210,14 +227,43 @@ impl RawShape {
             });
         let terms: Vec<_> = terms.filter(|term| term.height_um != 0.0).collect();
         let shape = (!terms.is_empty()).then_some(Shape::Polynomial(PolynomialShape {
-            norm_radius_mm: unit,
+            norm_radius_mm,
             terms,
         }));
-        Curve {
+        Ok(Curve {
             conic: self.special(1),
             shape,
             ..round
+        })
+    }
+
+    /// Coefficient 1 is the conic constant, 3 the norm radius; from 4 on are those of fringe polynomials 1 to 37.
+    fn fringe(&self, round: Curve, unit: f64) -> Result<Curve, Refusal> {
+        let conic = self.special(1);
+        let unknown = |place: usize| place == 2 || place > FIRST_FRINGE + MOST_FRINGE - 1;
+        let mut others = self.special.iter();
+        if let Some((place, value)) = others.find(|(at, value)| unknown(**at) && **value != 0.0) {
+            let found = format!("SCO C{place} {value} on a surface of Zernike polynomials");
+            return Err((found, "C1, C3 and C4 to C40".to_owned()));
         }
+        let places = FIRST_FRINGE..FIRST_FRINGE + MOST_FRINGE;
+        let coefficients: Vec<f64> = places
+            .map(|place| 1e3 * self.special(place) * unit)
+            .collect();
+        let coefficients_um = noll_of_fringe(&coefficients);
+        if coefficients_um.is_empty() {
+            return Ok(Curve { conic, ..round });
+        }
+        let radius = self.norm_radius.unwrap_or(self.special(3));
+        let shape = Shape::Zernike(ZernikeShape {
+            norm_radius_mm: norm_radius(radius, unit)?,
+            coefficients_um,
+        });
+        Ok(Curve {
+            conic,
+            shape: Some(shape),
+            ..round
+        })
     }
 
     fn special(&self, place: usize) -> f64 {
@@ -233,14 +279,26 @@ pub(crate) fn curvature(radius: f64) -> f64 {
     }
 }
 
+/// A norm radius in mm.
+fn norm_radius(radius: f64, unit: f64) -> Result<f64, Refusal> {
+    match radius * unit > 1e-12 {
+        true => Ok(radius * unit),
+        false => Err((
+            format!("a norm radius of {radius}"),
+            "one above zero (SCO NRADIUS)".to_owned(),
+        )),
+    }
+}
+
 fn special_kind(text: &LensText, command: &Command<'_>) -> Result<Kind, Fault> {
     let word = command.values.first().copied().unwrap_or(command.word);
     match word.to_ascii_uppercase().as_str() {
         "ODD" => Ok(Kind::Odd),
         "XYP" => Ok(Kind::Polynomial),
+        "ZFR" => Ok(Kind::Fringe),
         _ => {
             let found = format!("a special surface of kind {word}");
-            Err(text.fault(word, found, "SPS ODD or SPS XYP"))
+            Err(text.fault(word, found, "SPS ODD, SPS XYP or SPS ZFR"))
         }
     }
 }

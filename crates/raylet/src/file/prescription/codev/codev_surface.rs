@@ -196,6 +196,7 @@ impl SurfaceData {
                 around,
                 losses,
             )?,
+            grid: None,
             behind: if self.reflects {
                 Behind::Reflected
             } else {

@@ -3,6 +3,8 @@
 //! | file | what it holds |
 //! | --- | --- |
 //! | `zemax_shape` | Surfaces: from a type and its parameters to a curve, a phase or a turn of the axis |
+//! | `zemax_zernike` | Surfaces and phases of Zernike polynomials |
+//! | `zemax_grid` | Surfaces and phases by values on a grid |
 //! | `zemax_edge` | Apertures of surfaces |
 //! | `zemax_surface` | The records of one surface |
 //! | `zemax_header` | The records before the surfaces: units, aperture, fields, wavelengths |
@@ -11,7 +13,9 @@
 
 pub(crate) mod zemax_configuration;
 pub(crate) mod zemax_edge;
+pub(crate) mod zemax_grid;
 pub(crate) mod zemax_header;
 pub(crate) mod zemax_reader;
 pub(crate) mod zemax_shape;
 pub(crate) mod zemax_surface;
+pub(crate) mod zemax_zernike;

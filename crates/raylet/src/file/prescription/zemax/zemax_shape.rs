@@ -1,17 +1,21 @@
 //! Surfaces of a Zemax file: from the name of a type and its numbered parameters to a curve, a phase or a turn of the axis.
 
 use std::collections::BTreeMap;
+use std::path::PathBuf;
 
+use crate::file::prescription::imported_grids::FaceGrid;
 use crate::file::prescription::sequential::{Action, Curve, Turn};
+use crate::file::prescription::zemax::zemax_grid::RawGrid;
 use crate::file::scene::layer::{GratingLayer, Layer, PhaseTerm, PolynomialLayer, RadialLayer};
 use crate::file::scene::surface_shape::{
     BiconicShape, OddShape, PolynomialShape, PolynomialTerm, Shape, ToroidShape,
 };
 
 /// The types that are read, as the file names them.
-pub(crate) const KNOWN_TYPES: [&str; 13] = [
+pub(crate) const KNOWN_TYPES: [&str; 19] = [
     "STANDARD", "EVENASPH", "ODDASPHE", "XASPHERE", "XOSPHERE", "XPOLYNOM", "BICONICX", "TOROIDAL",
-    "COORDBRK", "PARAXIAL", "DGRATING", "BINARY_1", "BINARY_2",
+    "SZERNSAG", "FZERNSAG", "COORDBRK", "PARAXIAL", "DGRATING", "BINARY_1", "BINARY_2", "SZERNPHA",
+    "FZERNPHA", "GRID_SAG", "GRID_PHA",
 ];
 
 /// Most terms of an extended surface; Zemax has no more.
@@ -30,6 +34,8 @@ pub(crate) struct RawSurface {
     pub parameter: BTreeMap<usize, f64>,
     /// Extra data by their numbers.
     pub extra: BTreeMap<usize, f64>,
+    /// Values on a grid.
+    pub grid: RawGrid,
 }
 
 /// What a surface is.
@@ -41,8 +47,29 @@ pub(crate) struct ReadSurface {
     pub curve: Curve,
     /// Its phase.
     pub phase: Vec<Layer>,
+    /// The radius in mm beyond which OpticStudio leaves out terms that the scene keeps.
+    pub ends_mm: Option<f64>,
+    /// Values on a grid that the curve or the phase names.
+    pub grid: Option<FaceGrid>,
+    /// Points of the grid without data.
+    pub gaps: usize,
     /// What was assumed, in a sentence.
     pub remark: Option<&'static str>,
+}
+
+impl ReadSurface {
+    /// A surface that has a curve and nothing else.
+    pub(crate) fn plain(curve: Curve) -> Self {
+        Self {
+            action: Action::Border,
+            curve,
+            phase: Vec::new(),
+            ends_mm: None,
+            grid: None,
+            gaps: 0,
+            remark: None,
+        }
+    }
 }
 
 /// Powers of x and y, and the coefficient of their product.
@@ -52,25 +79,26 @@ type Product = ([u32; 2], f64);
 pub(crate) type Refusal = (String, String);
 
 impl RawSurface {
-    fn parameter(&self, number: usize) -> f64 {
+    /// A parameter by its number; zero where the file has none.
+    pub(crate) fn parameter(&self, number: usize) -> f64 {
         self.parameter.get(&number).copied().unwrap_or(0.0)
     }
 
-    fn extra(&self, number: usize) -> f64 {
+    /// Extra data by their number; zero where the file has none.
+    pub(crate) fn extra(&self, number: usize) -> f64 {
         self.extra.get(&number).copied().unwrap_or(0.0)
     }
 
-    /// The surface in mm, for a unit of this many mm.
+    /// The surface in mm, for a unit of this many mm; an array of its own is named `file`.
     ///
     /// # Errors
     /// A type or number that has no counterpart, as what was found and what was expected.
-    pub(crate) fn read(&self, unit: f64) -> Result<ReadSurface, Refusal> {
-        let plain = |curve| ReadSurface {
-            action: Action::Border,
-            curve,
-            phase: Vec::new(),
-            remark: None,
-        };
+    pub(crate) fn read(&self, unit: f64, file: PathBuf) -> Result<ReadSurface, Refusal> {
+        let plain = ReadSurface::plain;
+        if !self.grid.is_empty() && !self.kind.starts_with("GRID_") {
+            let found = format!("a grid (GDAT) on a surface of type {}", self.kind);
+            return Err((found, "one of type GRID_SAG or GRID_PHA".to_owned()));
+        }
         Ok(match self.kind.as_str() {
             "STANDARD" => plain(self.conic(unit)),
             "EVENASPH" => plain(self.even(unit)),
@@ -93,6 +121,14 @@ impl RawSurface {
                 ..plain(self.conic(unit))
             },
             "BINARY_1" | "BINARY_2" => self.binary(unit)?,
+            "SZERNSAG" | "FZERNSAG" => self.zernike_sag(unit)?,
+            "SZERNPHA" | "FZERNPHA" => self.zernike_phase(unit)?,
+            "GRID_SAG" => self.grid_sag(unit, file)?,
+            "GRID_PHA" => self.grid_phase(unit, file)?,
+            "BLACKBOX" => {
+                let found = "a black box, whose file (.zbb) is encrypted".to_owned();
+                return Err((found, "surfaces whose shapes the file has".to_owned()));
+            }
             other => {
                 let found = format!("a surface of type {other}");
                 return Err((found, format!("one of {}", KNOWN_TYPES.join(", "))));
@@ -100,7 +136,8 @@ impl RawSurface {
         })
     }
 
-    fn conic(&self, unit: f64) -> Curve {
+    /// The curve of its curvature and conic constant.
+    pub(crate) fn conic(&self, unit: f64) -> Curve {
         Curve {
             curvature: self.curvature / unit,
             conic: self.conic,
@@ -109,7 +146,7 @@ impl RawSurface {
     }
 
     /// Parameters 1 to 8 are the coefficients of r², r⁴, … r¹⁶.
-    fn even(&self, unit: f64) -> Curve {
+    pub(crate) fn even(&self, unit: f64) -> Curve {
         let coefficients = (1..=8).map(|i| self.parameter(i) * unit.powi(1 - 2 * i as i32));
         with_even_powers(self.conic(unit), coefficients.collect())
     }
@@ -141,7 +178,10 @@ impl RawSurface {
     }
 
     /// Extra data: how many terms, the radius in mm at which every power is one, and the coefficients as written.
-    fn series(&self, unit: f64) -> Result<(f64, Vec<f64>), Refusal> {
+    ///
+    /// # Errors
+    /// Too many terms, or no radius.
+    pub(crate) fn series(&self, unit: f64) -> Result<(f64, Vec<f64>), Refusal> {
         let (count, radius) = (self.extra(1), self.extra(2) * unit);
         if count.fract() != 0.0 || !(0.0..=MOST_TERMS as f64).contains(&count) {
             let expected = format!("a whole number of terms up to {MOST_TERMS}");
@@ -209,24 +249,33 @@ impl RawSurface {
             let found = "Zernike terms on a toroid".to_owned();
             return Err((found, "a toroid without Zernike terms".to_owned()));
         }
-        if self.parameter(2) != 0.0 {
-            let found = format!("a coefficient of y² = {} on a toroid", self.parameter(2));
-            return Err((
-                found,
-                "0, with the curvature in the radius alone".to_owned(),
-            ));
-        }
+        let (curve, conic) = self.curve_along_y(unit)?;
         let radius = self.parameter(1) * unit;
         let aspheric = (3..=8).map(|i| self.parameter(i) * unit.powi(3 - 2 * i as i32));
         Ok(Curve {
             shape: Some(Shape::Toroid(ToroidShape {
-                radius_mm: self.conic(unit).radius_mm(),
+                radius_mm: curve.radius_mm(),
                 rotation_radius_mm: (radius != 0.0).then_some(radius),
-                conic: self.conic,
+                conic,
                 aspheric: trimmed(aspheric.collect()),
             })),
             ..Curve::default()
         })
+    }
+
+    /// The conic section of a toroid along y, with the term of y², parameter 2: one with a parabola is another parabola.
+    fn curve_along_y(&self, unit: f64) -> Result<(Curve, f64), Refusal> {
+        let (base, square) = (self.conic(unit), self.parameter(2) / unit);
+        if square == 0.0 {
+            return Ok((base, self.conic));
+        }
+        if self.curvature != 0.0 && self.conic != -1.0 {
+            let found = format!("a coefficient of y² = {} on a toroid", self.parameter(2));
+            let expected = "0, or a conic constant of -1, or no radius";
+            return Err((found, expected.to_owned()));
+        }
+        let curvature = base.curvature + 2.0 * square;
+        Ok((Curve { curvature, ..base }, -1.0))
     }
 
     fn focal_length(&self, unit: f64) -> Result<f64, Refusal> {
@@ -272,14 +321,20 @@ impl RawSurface {
         Ok(order as i32)
     }
 
+    /// The diffraction order of parameter 0, and whether the file states it; 1 otherwise.
+    ///
+    /// # Errors
+    /// An order that is no whole number.
+    pub(crate) fn stated_order(&self) -> Result<(f64, bool), Refusal> {
+        match self.parameter.contains_key(&0) {
+            true => Ok((f64::from(self.order(0)?), true)),
+            false => Ok((1.0, false)),
+        }
+    }
+
     /// An even asphere with a phase: order · Σ Aᵢ (r/ρ)^{2i}, or order · Σ Aᵢ times products of powers of x/ρ and y/ρ.
     fn binary(&self, unit: f64) -> Result<ReadSurface, Refusal> {
-        let stated = self.parameter.contains_key(&0);
-        let order = if stated {
-            f64::from(self.order(0)?)
-        } else {
-            1.0
-        };
+        let (order, stated) = self.stated_order()?;
         let phase = match self.kind.as_str() {
             "BINARY_2" => {
                 let (norm_radius_mm, coefficients) = self.series(unit)?;
@@ -308,13 +363,15 @@ impl RawSurface {
             }
         };
         Ok(ReadSurface {
-            action: Action::Border,
-            curve: self.even(unit),
             phase: phase.into_iter().collect(),
-            remark: (!stated).then_some("its diffraction order is not stated, and taken as 1"),
+            remark: (!stated).then_some(ASSUMED_ORDER),
+            ..ReadSurface::plain(self.even(unit))
         })
     }
 }
+
+/// What is assumed where a file does not state the order.
+pub(crate) const ASSUMED_ORDER: &str = "its diffraction order is not stated, and taken as 1";
 
 /// A curve with coefficients of r², r⁴, … added.
 fn with_even_powers(base: Curve, mut coefficients: Vec<f64>) -> Curve {
@@ -342,7 +399,7 @@ fn with_all_powers(base: Curve, coefficients: Vec<f64>) -> Curve {
 }
 
 /// Without the zeros at the end.
-fn trimmed(mut coefficients: Vec<f64>) -> Vec<f64> {
+pub(crate) fn trimmed(mut coefficients: Vec<f64>) -> Vec<f64> {
     while coefficients.last() == Some(&0.0) {
         coefficients.pop();
     }

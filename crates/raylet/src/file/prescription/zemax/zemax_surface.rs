@@ -1,10 +1,12 @@
 //! The records of one surface of a Zemax file.
 
+use std::path::PathBuf;
+
 use crate::file::decode::fault::Fault;
 use crate::file::prescription::import_report::Losses;
 use crate::file::prescription::lens_text::{LensText, Record};
 use crate::file::prescription::outline::RawEdge;
-use crate::file::prescription::sequential::{Action, Behind, Curve, Face, GlassRequest, Turn};
+use crate::file::prescription::sequential::{Behind, Curve, Face, GlassRequest, Turn};
 use crate::file::prescription::zemax::zemax_configuration::Operand;
 use crate::file::prescription::zemax::zemax_edge::edge_record;
 use crate::file::prescription::zemax::zemax_shape::{RawSurface, ReadSurface};
@@ -105,6 +107,7 @@ impl SurfaceRecords {
             "OBDC" => self.edge_centre = [text.value(record, 0)?, text.value(record, 1)?],
             "SCBD" => self.read_own_turn(text, record)?,
             "FLAP" => {}
+            "GDAT" | "GARR" => return self.raw.grid.read(text, record),
             word => return self.read_edge(word, text, record, losses),
         }
         Ok(true)
@@ -193,19 +196,15 @@ impl SurfaceRecords {
         skip_unknown: bool,
         losses: &mut Losses,
     ) -> Result<(Face, Option<Turn>), Fault> {
-        let read = match self.raw.read(unit) {
+        let array = PathBuf::from(format!("{}_surface{}.npy", text.stem(), self.number));
+        let read = match self.raw.read(unit, array) {
             Ok(read) => read,
             Err((found, _)) if skip_unknown => {
                 losses.warn(format!(
                     "Surface {} is a plane in the scene: the file has {found}. Light behind it goes another way.",
                     self.number
                 ));
-                ReadSurface {
-                    action: Action::Border,
-                    curve: Curve::default(),
-                    phase: Vec::new(),
-                    remark: None,
-                }
+                ReadSurface::plain(Curve::default())
             }
             Err((found, expected)) => {
                 let found = format!("{found}, on surface {}", self.number);
@@ -217,6 +216,13 @@ impl SurfaceRecords {
         };
         if let Some(remark) = read.remark {
             losses.change(format!("Surface {}: {remark}.", self.number));
+        }
+        self.note_end(&read, unit, losses);
+        if read.gaps > 0 {
+            losses.warn(format!(
+                "Surface {}: points of its grid are without data ({}), and zero in the scene.",
+                self.number, read.gaps
+            ));
         }
         let turn = self.own_turn(text, unit)?;
         let centre = self.edge_centre;
@@ -236,6 +242,7 @@ impl SurfaceRecords {
             thickness_mm: self.thickness * unit,
             curve: read.curve,
             phase: read.phase,
+            grid: read.grid,
             behind: self.behind,
             semi_diameter: self.semi_diameter.map(|(size, fixed)| (size * unit, fixed)),
             clips: false,
@@ -243,6 +250,20 @@ impl SurfaceRecords {
             blocked,
         };
         Ok((face, turn))
+    }
+
+    /// Warns where the surface is wider than its Zernike terms are in OpticStudio.
+    fn note_end(&self, read: &ReadSurface, unit: f64, losses: &mut Losses) {
+        let within = |end: f64| {
+            let size = self.semi_diameter.map(|(size, _)| size * unit);
+            size.is_some_and(|size| size <= end * (1.0 + 1e-9))
+        };
+        if let Some(end) = read.ends_mm.filter(|end| !within(*end)) {
+            losses.warn(format!(
+                "Surface {}: its Zernike terms go on beyond {end} mm from the axis, where OpticStudio leaves them out.",
+                self.number
+            ));
+        }
     }
 
     /// The turn before the surface; turns of another kind have no counterpart.

@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 
 use crate::file::decode::fault::{Fault, shortened};
-use crate::file::prescription::glass_file::GlassFiles;
+use crate::file::prescription::glasses::glass_file::GlassFiles;
 use crate::file::prescription::import_report::Losses;
 use crate::file::prescription::lens_text::LensText;
 use crate::file::prescription::sequential::{Action, Behind, GlassRequest, Sequential};

@@ -6,7 +6,7 @@ use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
 use crate::file::decode::fault::{Fault, shortened};
-use crate::file::prescription::formula_table::tabulated;
+use crate::file::prescription::glasses::formula_table::tabulated;
 use crate::file::prescription::lens_file::bytes_of;
 use crate::file::prescription::lens_text::{LensText, Record};
 use crate::file::scene::material::OwnMedium;
@@ -76,6 +76,30 @@ impl GlassFiles {
             GlassFile::read(&bytes, path)
         };
         Ok(Self(paths.iter().map(read).collect::<Result<_, _>>()?))
+    }
+
+    /// The same catalogues and then those of an archive, of which the ones that a lens names come first, in its order.
+    ///
+    /// # Errors
+    /// The first fault of a catalogue's text, with its line.
+    pub(crate) fn followed_by(
+        mut self,
+        archived: &[(PathBuf, Vec<u8>)],
+        order: &[String],
+    ) -> Result<Self, Fault> {
+        let place = |path: &Path| {
+            let stem = path.file_stem().unwrap_or_default().to_string_lossy();
+            let named = order
+                .iter()
+                .position(|name| name.eq_ignore_ascii_case(&stem));
+            named.unwrap_or(order.len())
+        };
+        let mut sorted: Vec<_> = archived.iter().collect();
+        sorted.sort_by_key(|(path, _)| place(path));
+        for (path, bytes) in sorted {
+            self.0.push(GlassFile::read(bytes, path)?);
+        }
+        Ok(self)
     }
 
     /// The glass of this name in the first catalogue that has it.
@@ -245,7 +269,7 @@ fn compared(name: &str) -> String {
 mod tests {
     use std::path::Path;
 
-    use crate::file::prescription::glass_file::{Entry, GlassFile, GlassFiles};
+    use crate::file::prescription::glasses::glass_file::{Entry, GlassFile, GlassFiles};
     use crate::optics::media::catalog;
 
     fn files(text: &str) -> GlassFiles {

@@ -53,7 +53,7 @@ pub(crate) fn tabulated(
 
 #[cfg(test)]
 mod tests {
-    use crate::file::prescription::formula_table::tabulated;
+    use crate::file::prescription::glasses::formula_table::tabulated;
     use crate::optics::media::catalog;
 
     #[test]
