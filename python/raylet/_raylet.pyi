@@ -107,10 +107,11 @@ class Scene:
         skip_unknown: bool,
         glasses: dict[str, str],
         glass_files: SupportsGetItem[int, str | PathLike[str]],
-    ) -> tuple[Scene, str, list[str]]:
+    ) -> tuple[Scene, str, list[str], list[tuple[str, NDArray[float64]]]]:
         """
-        The scene of a lens file of another program, the report of what was changed and left out, and what may make the
-        scene another lens. The numbers are those of the field, the wavelength and the configuration, from 1.
+        The scene of a lens file of another program, the report of what was changed and left out, what may make the
+        scene another lens, and arrays that it names, by the paths of their fields. The numbers are those of the field,
+        the wavelength and the configuration, from 1.
         """
     @staticmethod
     def read(path: str | PathLike[str]) -> Scene:

@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from raylet import _raylet
 from raylet._arrays import number, real, thread_count
 from raylet._calls import public_calls
-from raylet._document import without_none
+from raylet._document import put_in, without_none
 from raylet._refusal import MOST_WAVES, RayletError, cut, described, shown, type_name
 from raylet.design import Design, design, hologram
 from raylet.linearised_system import LinearisedSystem
@@ -44,7 +44,7 @@ def load(
     glasses: Mapping[str, str] | None = None,
     glass_files: Sequence[str | os.PathLike[str]] = (),
 ) -> System:
-    """The system of a scene file (TOML), with every array that it names, or of a lens file: of OpticStudio (.zmx),
+    """The system of a scene file (TOML) with every array that it names, or of a lens file: of OpticStudio (.zmx, .zar),
     of CODE V (.seq), or a table of surfaces (.csv).
 
     >>> import raylet
@@ -57,14 +57,15 @@ def load(
     out, and a warning what may make it another lens.
     """
     report = ""
-    if os.fspath(path).lower().endswith((".zmx", ".seq", ".csv")):
+    arrays: list[tuple[str, NDArray[np.float64]]] = []
+    if os.fspath(path).lower().endswith((".zmx", ".zar", ".seq", ".csv")):
         for name, value in (("field", field), ("wavelength", wavelength), ("configuration", configuration)):
             given = value is not None or name == "field"
             if given and (not isinstance(value, int) or value < 1):
                 raise RayletError(f"raylet.load: {name} is {shown(value)}, expected a number from 1")
         if isinstance(glass_files, (str, os.PathLike)):
             raise RayletError("raylet.load: glass_files is one path, expected a list of paths")
-        scene, report, doubts = _raylet.Scene.import_lens(
+        scene, report, doubts, arrays = _raylet.Scene.import_lens(
             os.fspath(path),
             (field, wavelength, configuration),
             skip_unknown,
@@ -83,7 +84,7 @@ def load(
     ):
         raise RayletError(
             "raylet.load: field, wavelength, configuration, skip_unknown, glasses and glass_files are for lens files "
-            "(.zmx, .seq, .csv) alone"
+            "(.zmx, .zar, .seq, .csv) alone"
         )
     else:
         scene = _raylet.Scene.read(os.fspath(path))
@@ -92,6 +93,7 @@ def load(
     system._document = without_none(json.loads(scene.to_json()))
     waves = system._document["wavelength_um"]
     system._document["wavelength_um"] = waves[0] if len(waves) == 1 else waves
+    put_in(system._document, dict(arrays))
     # From now on messages name the Python object, and no line of the file.
     system._name, system._scene, system._arrays = f"{os.fspath(path)} in Python", scene, {}
     return system

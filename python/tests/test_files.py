@@ -4,6 +4,7 @@ and lens files of OpticStudio as systems."""
 from __future__ import annotations
 
 import os
+import struct
 import sys
 from pathlib import Path
 
@@ -129,6 +130,50 @@ def test_a_file_of_code_v_is_a_system(scenes: Path, tmp_path: Path) -> None:
     assert "focal length (mm)                   38.9" in first and "focal length (mm)                   49.9" in second
     with pytest.raises(raylet.RayletError, match="configuration 3 requested"):
         raylet.load(zoom, configuration=3)
+
+
+def _packed(text: bytes) -> bytes:
+    """LZW with codes that grow from 9 bits: the compression of OpticStudio's archives."""
+    words = {bytes([value]): value for value in range(256)}
+    bits, word, sent = "", b"", 0
+    for value in [*text, None]:
+        longer = word + bytes([value]) if value is not None else None
+        if longer in words:
+            word = longer
+            continue
+        bits += format(words[word], f"0{(255 + max(sent, 1)).bit_length()}b")
+        sent += 1
+        if longer is not None:
+            words[longer] = len(words)
+            word = longer[-1:]
+    bits += "0" * (-len(bits) % 8)
+    return int(bits, 2).to_bytes(len(bits) // 8, "big")
+
+
+def test_an_archive_is_a_system(scenes: Path, tmp_path: Path) -> None:
+    content = (scenes / "prescriptions" / "lens1.zmx").read_bytes()
+    packed, name = _packed(content), "lens1.ZMX.LZW".encode("utf-16-le")
+    header = struct.pack("<IIIIQQ16x", 1004, 0, 1, 0, len(packed), len(content)) + name
+    archive = tmp_path / "lens.zar"
+    archive.write_bytes(header.ljust(648, b"\0") + packed)
+    lens, same = raylet.load(archive, field=2), raylet.load(scenes / "prescriptions" / "lens1.zmx", field=2)
+    assert "The lens is lens1.ZMX of the archive lens.zar." in lens.import_report
+    assert lens.to_toml() == same.to_toml()
+    archive.write_bytes(b"<!DOCTYPE html>")
+    with pytest.raises(raylet.RayletError, match="a web page"):
+        raylet.load(archive)
+
+
+def test_grids_of_lens_files_are_arrays(tmp_path: Path) -> None:
+    points = "".join(f"  GARR {i} {0.1 * i} 0 0 0 0\n" for i in range(49))
+    surfaces = f"SURF 0\n  DISZ INFINITY\nSURF 1\n  STOP\n  TYPE GRID_PHA\n  PARM 0 1\n  GDAT 7 7 0.5 0.5 0 0\n{points}"
+    rest = "  DISZ 10\n  DIAM 1.2\nSURF 2\n  TYPE PARAXIAL\n  PARM 1 50\n  DISZ 50\n  DIAM 2\nSURF 3\n  DISZ 0\n"
+    head = "MODE SEQ\nUNIT MM X W X CM MR CPMM\nENPD 2\nFTYP 0 0 1 1\nXFLN 0\nYFLN 0\nWAVM 1 0.5 1\nPWAV 1\n"
+    (tmp_path / "grid.zmx").write_text(head + surfaces + rest)
+    lens = raylet.load(tmp_path / "grid.zmx")
+    assert lens.trace(Px=[0.0, 0.5], Py=[0.0, 0.5]).arrived.all()
+    lens.save(tmp_path / "lens.toml")
+    assert raylet.load(tmp_path / "lens.toml").trace(Px=[0.0], Py=[0.5]).arrived.all()
 
 
 def test_a_table_is_a_system(tmp_path: Path) -> None:

@@ -76,7 +76,7 @@ fn bad_requests_are_refused() {
         (&["nothing.zmx"], "nothing.zmx: found"),
         (
             &["lens.len"],
-            "a lens file of OpticStudio (.zmx) or CODE V (.seq)",
+            "a lens file of OpticStudio (.zmx, .zar) or CODE V (.seq)",
         ),
         (&[LENS, "--configuration", "2"], "configuration 2 requested"),
         (&[LENS, "--glasses", "none.agf"], "none.agf: found"),
@@ -104,4 +104,46 @@ fn glasses_come_from_a_catalogue_of_the_user() {
         "{report}"
     );
     assert!(text(&done.stdout).contains("sellmeier"));
+}
+
+/// A grid inside the file goes to an array beside the scene, which is then as good as any other.
+#[test]
+fn grids_are_arrays_beside_the_scene() {
+    let room = tempfile::tempdir().unwrap();
+    let points: String = (0..49)
+        .map(|i| format!("  GARR {i} {} 0 0 0 0\n", f64::from(i) * 0.1))
+        .collect();
+    let lens = format!(
+        "MODE SEQ\nUNIT MM X W X CM MR CPMM\nENPD 2\nFTYP 0 0 1 1\nXFLN 0\nYFLN 0\nWAVM 1 0.5 1\nPWAV 1\n\
+         SURF 0\n  DISZ INFINITY\nSURF 1\n  STOP\n  TYPE GRID_PHA\n  PARM 0 1\n  GDAT 7 7 0.5 0.5 0 0\n{points}\
+         \x20 DISZ 10\n  DIAM 1.2\nSURF 2\n  TYPE PARAXIAL\n  PARM 1 50\n  DISZ 50\n  DIAM 2\nSURF 3\n  DISZ 0\n"
+    );
+    fs::write(room.path().join("grid.zmx"), lens).unwrap();
+    let done = import(room.path(), &["grid.zmx"]);
+    assert_eq!(done.status.code(), Some(2));
+    let message = text(&done.stderr);
+    assert!(
+        message.contains("grid.zmx: found a grid of values"),
+        "{message}"
+    );
+
+    let done = import(room.path(), &["grid.zmx", "-o", "lens.toml"]);
+    assert!(done.status.success(), "{}", text(&done.stderr));
+    assert!(text(&done.stdout).contains("Array in grid_surface1.npy"));
+    let checked = Command::new(env!("CARGO_BIN_EXE_raylet"))
+        .current_dir(room.path())
+        .args(["check", "lens.toml"])
+        .output()
+        .unwrap();
+    assert!(checked.status.success(), "{}", text(&checked.stderr));
+
+    // An array that somebody else wrote is not replaced, and the scene stays as it was.
+    fs::write(room.path().join("grid_surface1.npy"), "mine").unwrap();
+    let done = import(room.path(), &["grid.zmx", "-o", "lens.toml"]);
+    assert_eq!(done.status.code(), Some(2));
+    assert!(
+        text(&done.stderr).contains("grid_surface1.npy"),
+        "{}",
+        text(&done.stderr)
+    );
 }

@@ -4,6 +4,7 @@ use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
+use numpy::Ix2;
 use pyo3::exceptions::PyIndexError;
 use pyo3::prelude::*;
 use raylet::file::decode::fault::Fault;
@@ -19,8 +20,16 @@ use raylet::optics::system::System;
 use crate::arrays::Lent;
 use crate::document::entries;
 use crate::refusal::{error, fault};
-use crate::typed::{ByPath, Named};
+use crate::typed::{ByPath, Made, Named};
 use crate::watch::pool;
+
+/// An imported scene: its report, what may make it another lens, and its arrays by the paths of the fields that name them.
+type ImportedScene<'py> = (
+    Scene,
+    String,
+    Vec<String>,
+    Vec<(String, Made<'py, f64, Ix2>)>,
+);
 
 /// A scene that was read; it never changes.
 #[pyclass(frozen, module = "raylet._raylet")]
@@ -53,17 +62,18 @@ impl Scene {
         Self::of(py, py.detach(read))
     }
 
-    /// The scene of a lens file of another program, the report of what was changed and left out, and what may make the
-    /// scene another lens. The numbers are those of the field, the wavelength and the configuration, from 1.
+    /// The scene of a lens file of another program, the report of what was changed and left out, what may make the
+    /// scene another lens, and arrays that it names, by the paths of their fields. The numbers are those of the field,
+    /// the wavelength and the configuration, from 1.
     #[staticmethod]
-    fn import_lens(
-        py: Python<'_>,
+    fn import_lens<'py>(
+        py: Python<'py>,
         path: PathBuf,
         numbers: (usize, Option<usize>, Option<usize>),
         skip_unknown: bool,
         glasses: BTreeMap<String, String>,
         glass_files: Vec<PathBuf>,
-    ) -> PyResult<(Self, String, Vec<String>)> {
+    ) -> PyResult<ImportedScene<'py>> {
         let (field, wavelength, configuration) = numbers;
         let choices = ImportChoices {
             field,
@@ -76,7 +86,13 @@ impl Scene {
         let imported = py.detach(|| import_lens(&path, &choices));
         let imported = imported.map_err(|failure| fault(py, &failure))?;
         let (report, warnings) = (imported.report.to_string(), imported.report.warnings);
-        Ok((Self::of(py, Ok(imported.scene))?, report, warnings))
+        let arrays = imported.arrays.iter().map(|array| {
+            let values = Made::new(py, (*array.values).clone())?;
+            Ok((array.field.clone(), values))
+        });
+        let arrays = arrays.collect::<PyResult<_>>()?;
+        let scene = Self::of(py, Ok(imported.scene))?;
+        Ok((scene, report, warnings, arrays))
     }
 
     /// The same scene with other settings, given as plain values by the keys of the table `[settings]`.

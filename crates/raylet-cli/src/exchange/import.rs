@@ -1,17 +1,20 @@
 //! `raylet import LENS`: a scene from the file of a program for lens design.
 
 use std::collections::BTreeMap;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use clap::Args;
-use raylet::file::prescription::import::{ImportChoices, import_lens};
+use ndarray::Array2;
+use raylet::file::arrays::phase_file::PhaseFile;
+use raylet::file::decode::fault::Fault;
+use raylet::file::prescription::import::{ImportChoices, ImportedLens, import_lens};
 use raylet::file::prescription::scene_text::concise_toml;
 use raylet::file::storage::own_file::{OwnFile, Replace};
 
 use crate::failure::Failure;
 use crate::say::{complain, say};
 
-/// Makes a scene of a lens file of OpticStudio (.zmx) or CODE V (.seq), or of a table of surfaces (.csv), and reports what was
+/// Makes a scene of a lens file of OpticStudio (.zmx, .zar) or CODE V (.seq), or of a table of surfaces (.csv), and reports what was
 /// changed and left out.
 #[derive(Args)]
 pub(crate) struct Import {
@@ -67,16 +70,42 @@ impl Import {
         let text = concise_toml(&imported.scene, &heading)?;
         match target {
             Some(file) => {
+                // Arrays that the scene names stand beside it, and are written before it.
+                let arrays = claimed_arrays(&imported, file.path(), replace)?;
+                for (array, values) in &arrays {
+                    array.write(values)?;
+                }
                 file.write(text.as_bytes())?;
-                let written = file.path().display();
-                say(&format!("{}Scene in {written}\n", imported.report))
+                let mut said = format!("{}Scene in {}\n", imported.report, file.path().display());
+                for (array, _) in &arrays {
+                    said += &format!("Array in {}\n", array.path().display());
+                }
+                say(&said)
             }
+            None if !imported.arrays.is_empty() => Err(Failure::from(Fault::of_file(
+                &self.lens,
+                "a grid of values, which needs a file beside the scene",
+                "a file for the scene (--out)",
+            ))),
             None => {
                 complain(imported.report.to_string().trim_end());
                 say(&text)
             }
         }
     }
+}
+
+/// The files of the arrays that a scene at a path names, and their values.
+fn claimed_arrays<'a>(
+    imported: &'a ImportedLens,
+    scene: &Path,
+    replace: Replace,
+) -> Result<Vec<(PhaseFile, &'a Array2<f64>)>, Fault> {
+    let arrays = imported.arrays.iter().map(|array| {
+        let path = scene.with_file_name(&array.file);
+        Ok((PhaseFile::claim(&path, replace)?, &*array.values))
+    });
+    arrays.collect()
 }
 
 /// A glass in place of another on the command line.
