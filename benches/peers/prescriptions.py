@@ -1,8 +1,8 @@
 """Writes scenes/prescriptions/reference.json: what Optiland and ray-optics make of the lens files beside it.
 
-Optiland reads each .zmx file by itself, ray-optics each .seq file. For each lens the numbers are its focal length, its
-back focal distance, the index behind each surface, and where real rays meet the image. Needs optiland 0.6.3, rayoptics
-0.9.8 and nothing of raylet:
+Optiland reads each .zmx file by itself, ray-optics each .zmx and each .seq file. For each lens the numbers are its
+focal length, its back focal distance, the index behind each surface, and where real rays meet the image. Needs optiland
+0.6.3, rayoptics 0.9.8 and nothing of raylet; ray-optics leaves templates (.smx) beside some files:
 
     python benches/peers/prescriptions.py
 
@@ -90,7 +90,7 @@ def reference(path: Path) -> dict[str, Any]:
     return found
 
 
-def codev_landings(model: Any, wave_nm: float, radius: float) -> list[dict[str, Any]]:
+def rayoptics_landings(model: Any, wave_nm: float, radius: float) -> list[dict[str, Any]]:
     """The same of a model of ray-optics."""
     rays, sequence = [], model["seq_model"]
     # The object is moved to a plane a little before the first surface.
@@ -119,16 +119,27 @@ def behind(sequence: Any, wave_nm: float) -> float:
     return distance
 
 
-def codev_reference(path: Path) -> dict[str, Any]:
-    """All numbers of one file of CODE V, or why ray-optics has none."""
+def attempted(path: Path) -> dict[str, Any]:
+    """All numbers of one file of CODE V or Zemax, or why ray-optics has none."""
     try:
-        model = open_model(path)
+        return rayoptics_reference(path)
     except Exception as error:
         return {"refused": f"{type(error).__name__}: {error}"}
+
+
+def states_reference(path: Path) -> bool:
+    """Whether a file of CODE V says which wavelength is the reference."""
+    return any(line.split()[:1] in (["REF"], ["ref"]) for line in path.read_text().splitlines())
+
+
+def rayoptics_reference(path: Path) -> dict[str, Any]:
+    """All numbers of one file of CODE V or Zemax."""
+    model = open_model(path)
     spectrum = model["optical_spec"]["wvls"]
-    stated = any(line.split()[:1] in (["REF"], ["ref"]) for line in path.read_text().splitlines())
-    # Without a reference wavelength it is the middle one, of which ray-optics takes the first.
-    place = spectrum.reference_wvl if stated else (len(spectrum.wavelengths) - 1) // 2
+    place = spectrum.reference_wvl
+    if path.suffix.lower() == ".seq" and not states_reference(path):
+        # The reference wavelength is the middle one then, of which ray-optics takes the first.
+        place = (len(spectrum.wavelengths) - 1) // 2
     wave_nm = float(spectrum.wavelengths[place])
     spectrum.reference_wvl = place
     sequence = model["seq_model"]
@@ -142,7 +153,7 @@ def codev_reference(path: Path) -> dict[str, Any]:
     power = abs(float(first.efl)) > 1e-9
     found["focal_length"] = abs(float(first.efl)) if power else None
     found["back_focal_distance"] = abs(float(first.bfl)) + behind(sequence, wave_nm) if power else None
-    found["rays"] = codev_landings(model, wave_nm, float(first.enp_radius))
+    found["rays"] = rayoptics_landings(model, wave_nm, float(first.enp_radius))
     return found
 
 
@@ -153,7 +164,8 @@ def main() -> None:
     document = {
         "versions": {name: version(name) for name in programs} | {"python": platform.python_version()},
         "lenses": {path.name: reference(path) for path in files},
-        "sequences": {path.name: codev_reference(path) for path in sequences},
+        "sequences": {path.name: attempted(path) for path in sequences},
+        "zemax": {path.name: attempted(path) for path in files},
     }
     (FOLDER / "reference.json").write_text(json.dumps(document, indent=1) + "\n")
 

@@ -22,6 +22,8 @@ pub(crate) struct Reference {
     lenses: BTreeMap<String, Lens>,
     /// Files of CODE V, as ray-optics reads them.
     pub(crate) sequences: BTreeMap<String, Lens>,
+    /// Files of Zemax, as ray-optics reads them.
+    pub(crate) zemax: BTreeMap<String, Lens>,
 }
 
 #[derive(Deserialize)]
@@ -49,11 +51,11 @@ pub(crate) fn folder() -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("../../scenes/prescriptions")
 }
 
-fn text(name: &str) -> String {
+pub(crate) fn text(name: &str) -> String {
     decoded(&fs::read(folder().join(name)).unwrap())
 }
 
-fn read(text: &str, name: &str, field: usize) -> ImportedLens {
+pub(crate) fn read(text: &str, name: &str, field: usize) -> ImportedLens {
     let choices = ImportChoices {
         field,
         ..ImportChoices::default()
@@ -63,7 +65,7 @@ fn read(text: &str, name: &str, field: usize) -> ImportedLens {
 }
 
 /// The text with an index in place of each glass; Optiland counts no coordinate breaks.
-fn with_indices(text: &str, indices: &[f64]) -> String {
+pub(crate) fn with_indices(text: &str, indices: &[f64]) -> String {
     let (mut surface, mut out) = (None::<usize>, String::new());
     for line in text.lines() {
         let words: Vec<&str> = line.split_whitespace().collect();
@@ -111,7 +113,7 @@ pub(crate) fn landing(lens: &ImportedLens, start: [f64; 2], direction: Vec3) -> 
 }
 
 /// Millimetres in the unit of the file; Optiland does not convert.
-fn unit(text: &str) -> f64 {
+pub(crate) fn unit(text: &str) -> f64 {
     if text.contains("UNIT IN ") { 25.4 } else { 1.0 }
 }
 
