@@ -144,6 +144,12 @@ impl GridHead {
 
     /// What the first line says.
     fn of(text: &LensText, record: &Record<'_>) -> Result<Self, Fault> {
+        let count = record.values.len() + 1;
+        if count < 5 {
+            let found = format!("a first line of {count} numbers");
+            let expected = "nx ny delx dely unitflag, and maybe xdec ydec";
+            return Err(text.fault_of_line(record.line, found, expected));
+        }
         let number = |place: usize| match place {
             0 => text.number(record.word),
             5.. => text.value_or(record, place - 1, 0.0),
@@ -224,7 +230,7 @@ mod tests {
             ("", "a.dat: found no lines"),
             (
                 "2 2 1",
-                "a.dat:1:1: found 2 with 2 values, expected a number as value 3",
+                "a.dat:1:1: found a first line of 3 numbers, expected nx ny",
             ),
             (
                 "2.5 2 1 1 0",

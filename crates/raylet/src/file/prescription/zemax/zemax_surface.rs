@@ -217,13 +217,7 @@ impl SurfaceRecords {
         if let Some(remark) = read.remark {
             losses.change(format!("Surface {}: {remark}.", self.number));
         }
-        self.note_end(&read, unit, losses);
-        if read.gaps > 0 {
-            losses.warn(format!(
-                "Surface {}: points of its grid are without data ({}), and zero in the scene.",
-                self.number, read.gaps
-            ));
-        }
+        self.warn_of(&read, unit, losses);
         let turn = self.own_turn(text, unit)?;
         let centre = self.edge_centre;
         let edges = |wanted: bool| {
@@ -252,16 +246,22 @@ impl SurfaceRecords {
         Ok((face, turn))
     }
 
-    /// Warns where the surface is wider than its Zernike terms are in OpticStudio.
-    fn note_end(&self, read: &ReadSurface, unit: f64, losses: &mut Losses) {
+    /// Warns where the surface is wider than its Zernike terms are in OpticStudio, and where its grid has gaps.
+    fn warn_of(&self, read: &ReadSurface, unit: f64, losses: &mut Losses) {
+        let number = self.number;
         let within = |end: f64| {
             let size = self.semi_diameter.map(|(size, _)| size * unit);
             size.is_some_and(|size| size <= end * (1.0 + 1e-9))
         };
         if let Some(end) = read.ends_mm.filter(|end| !within(*end)) {
             losses.warn(format!(
-                "Surface {}: its Zernike terms go on beyond {end} mm from the axis, where OpticStudio leaves them out.",
-                self.number
+                "Surface {number}: its Zernike terms go on beyond {end} mm from the axis, where OpticStudio leaves them out."
+            ));
+        }
+        if read.gaps > 0 {
+            losses.warn(format!(
+                "Surface {number}: points of its grid are without data ({}), and zero in the scene.",
+                read.gaps
             ));
         }
     }
