@@ -4,6 +4,13 @@ use std::fs;
 use std::path::Path;
 use std::process::{Command, Output};
 
+use ndarray::{Array2, Array3};
+use ndarray_npy::NpzReader;
+use num_complex::Complex64;
+use raylet::file::arrays::image::write_gray16;
+
+use crate::stage::{SCENE as SMALL, Stage, complaint};
+
 /// Runs `raylet export` in a folder.
 fn export(room: &Path, arguments: &[&str]) -> Output {
     Command::new(env!("CARGO_BIN_EXE_raylet"))
@@ -71,7 +78,7 @@ fn refusals_name_the_choice() {
     fs::write(room.path().join("scene.toml"), SCENE).unwrap();
     for (arguments, words) in [
         (&["scene.toml", "-o", "a.gds"][..], "pitch_um"),
-        (&["scene.toml", "-o", "a.oas", "--pitch-um", "1"], ".gds"),
+        (&["scene.toml", "-o", "a.cif", "--pitch-um", "1"], ".gds"),
         (
             &[
                 "scene.toml",
@@ -90,5 +97,73 @@ fn refusals_name_the_choice() {
         assert_eq!(done.status.code(), Some(2), "{arguments:?}");
         let message = text(&done.stderr);
         assert!(message.contains(words), "{arguments:?}: {message}");
+    }
+}
+
+/// What leaves without a stated number of levels, within an aperture whose edges are those of cells, read back and simulated, gives the field of the designed scene.
+#[test]
+fn a_designed_element_comes_back_from_its_masks() {
+    let stage = Stage::new(&format!(
+        "{}[hologram]\ntarget = \"picture.png\"\nelement = \"pixels\"\nsize_mm = [0.2, 0.2]\n[design]\niterations = 4\n\
+         [[design.element]]\nname = \"pixels\"\nlevels = 8\nblock = 2\n",
+        SMALL
+            .replace(
+                "phase = \"phase.npy\"",
+                "phase = \"found.npy\"\nsize = [30, 30]"
+            )
+            .replace(
+                "disc = { radius_mm = 0.09 }",
+                "rectangle = { width_mm = 0.156, height_mm = 0.132 }"
+            )
+    ));
+    let picture = Array2::from_shape_fn((20, 20), |(y, x)| f64::from(u8::from(y + x < 15)));
+    let file = stage.join("picture.png");
+    write_gray16(file, picture.view(), [0.0, 1.0]).unwrap();
+    let run = |line: &[&str]| {
+        let done = stage.raylet(line);
+        assert!(done.status.success(), "{line:?}: {}", complaint(&done));
+        String::from_utf8(done.stdout).unwrap()
+    };
+    run(&["design", "scene.toml", "--out", "course"]);
+    for masks in ["each", "binary", "dose"] {
+        let kind = ["--masks", masks, "--overwrite"];
+        let said = run(&[&["export", "scene.toml", "-o", "a.gds"][..], &kind].concat());
+        assert!(said.contains("8 of 0.785398 rad each"), "{said}");
+        assert!(
+            said.contains("328 cells with their centre outside"),
+            "{said}"
+        );
+        let back = [
+            "export",
+            "a.gds",
+            "-o",
+            "back.npy",
+            "--pitch-um",
+            "6",
+            "--size",
+            "30,30",
+            "--levels",
+            "8",
+        ];
+        run(&[&back[..], &kind].concat());
+        let scene = fs::read_to_string(stage.join("scene.toml")).unwrap();
+        let (scene, _) = scene.split_once("[hologram]").unwrap();
+        fs::write(
+            stage.join("made.toml"),
+            scene.replace("found.npy", "back.npy"),
+        )
+        .unwrap();
+        run(&["simulate", "scene.toml", "--out", "designed"]);
+        run(&["simulate", "made.toml", "--out", "made"]);
+        let [designed, made] = ["designed", "made"].map(|folder| {
+            let file = stage.join(folder).join("field.npz");
+            let mut archive = NpzReader::new(fs::File::open(file).unwrap()).unwrap();
+            let field: Array3<Complex64> = archive.by_name("field").unwrap();
+            field
+        });
+        let largest = designed.iter().fold(0.0_f64, |most, u| most.max(u.norm()));
+        for (a, b) in designed.iter().zip(&made) {
+            assert!((a - b).norm() < 1e-12 * largest, "{masks}: {a} {b}");
+        }
     }
 }

@@ -8,7 +8,7 @@ use raylet::file::decode::fault::Fault;
 use raylet::file::fabrication::export::{ExportSource, export_element};
 use raylet::file::fabrication::export_choices::ExportChoices;
 use raylet::file::fabrication::export_report::ExportReport;
-use raylet::file::fabrication::gds_reader;
+use raylet::file::fabrication::gds::gds_reader;
 
 use crate::arrays::guard;
 use crate::refusal::{error, fault};

@@ -44,9 +44,13 @@ def export_element(
     pitch_um: Pair | None = None,
     quantity: str = "phase",
     mirror: bool = False,
+    whole_grid: bool = False,
     levels: int | None = None,
     masks: str = "each",
     gds_layer: int = 1,
+    aperture_layer: int | None = None,
+    etch_bias_um: float = 0.0,
+    fill: float | None = None,
     database_unit_nm: float = 1.0,
     size: Sequence[int] | None = None,
     index: float | None = None,
@@ -64,7 +68,7 @@ def export_element(
     overwrite: bool = False,
 ) -> ExportReport:
     """Writes a diffractive element for a foundry or another program; the end of `path` decides on the format: .gds,
-    .stl, .png, .csv, .dat, .txt (coefficients of a rotational phase) or .npy.
+    .oas, .dxf, .stl, .png, .csv, .dat, .txt (coefficients of a rotational phase) or .npy.
 
     `source` is a system, whose `element` and `layer` are taken (the only ones by default), an array [y, x] of a
     `quantity` ("phase" in rad, "height" in µm, "amplitude" or "level") with its `pitch_um`, or the name of a file of
@@ -73,7 +77,8 @@ def export_element(
     """
     choices = {
         **{"element": element, "layer": layer, "pitch_um": _pitch("export_element", pitch_um)},
-        **{"quantity": quantity, "mirror": mirror, "levels": levels, "masks": masks, "gds_layer": gds_layer},
+        **{"quantity": quantity, "mirror": mirror, "whole_grid": whole_grid, "levels": levels, "masks": masks},
+        **{"gds_layer": gds_layer, "aperture_layer": aperture_layer, "etch_bias_um": etch_bias_um, "fill": fill},
         **{"database_unit_nm": database_unit_nm, "size": size, "index": index, "ambient_index": ambient_index},
         **{"wavelength_um": wavelength_um, "depth_um": depth_um, "as_height": as_height, "top": top},
         **{"base_um": base_um, "wall_um": wall_um, "micrometres": micrometres, "bits": bits, "terms": terms},
@@ -99,14 +104,19 @@ def read_masks(
     levels: int | None = None,
     masks: str = "each",
     gds_layer: int = 1,
+    aperture_layer: int | None = None,
+    etch_bias_um: float = 0.0,
+    fill: float | None = None,
 ) -> NDArray[np.int64]:
     """The levels [y, x] of the cells of a mask file (.gds) whose shapes follow the grid of the cells.
 
     `size` [nx, ny] is needed where cells at the edge are empty; without it the cells go from the first shape to the
-    last. `levels` is needed for binary masks of which the last are empty."""
+    last. `levels` is needed for binary masks of which the last are empty. `aperture_layer`, `etch_bias_um` and `fill`
+    are those with which the masks were written."""
     choices = {
         **{"pitch_um": _pitch("read_masks", pitch_um), "size": size, "levels": levels},
-        **{"masks": masks, "gds_layer": gds_layer},
+        **{"masks": masks, "gds_layer": gds_layer, "aperture_layer": aperture_layer},
+        **{"etch_bias_um": etch_bias_um, "fill": fill},
     }
     found, _ = _raylet.read_masks(os.fspath(path), json.dumps(plain(choices)))
     return found

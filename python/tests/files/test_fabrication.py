@@ -13,12 +13,12 @@ import raylet
 LEVELS = np.array([[0, 1, 2, 3, 3], [1, 0, 0, 2, 1], [3, 3, 1, 0, 2]])
 
 
-def system(phase: np.ndarray) -> raylet.System:
+def system(phase: np.ndarray, radius_mm: float = 0.0) -> raylet.System:
     return (
         raylet.System(wavelength_um=0.5)
         .add_doe(
             raylet.pixels(pitch_um=2.0, phase=phase),
-            aperture=raylet.rectangle(0.01, 0.006),
+            aperture=raylet.disc(radius_mm) if radius_mm else raylet.rectangle(0.01, 0.006),
             thickness_mm=5.0,
             name="plate",
         )
@@ -41,7 +41,7 @@ def test_a_system_an_array_and_a_file_give_one_file(tmp_path: Path) -> None:
     np.save(tmp_path / "plate.npy", phase)
     raylet.export_element(tmp_path / "plate.npy", tmp_path / "file.gds", pitch_um=2.0)
     report = raylet.export_element(system(phase), tmp_path / "system.gds", element="plate")
-    assert "aperture" in str(report)
+    assert report.numbers["closed_cells"] == 0
     names = ("plate", "file", "system")
     read = [raylet.read_masks(tmp_path / f"{name}.gds", pitch_um=2.0, size=(5, 3), levels=4) for name in names]
     for levels in read:
@@ -74,3 +74,21 @@ def test_refusals_say_what_would_do(tmp_path: Path) -> None:
     (tmp_path / "a.csv").write_text("mine")
     with pytest.raises(raylet.RayletError, match="overwrite"):
         raylet.export_element(LEVELS, tmp_path / "a.csv", quantity="level", pitch_um=1.0)
+
+
+def test_the_aperture_closes_cells_and_an_etch_is_undone(tmp_path: Path) -> None:
+    # Centres of cells of 2 µm within 4.2 µm of the middle: all but the four corners.
+    plate = system(LEVELS * (np.pi / 2), 0.0042)
+    inside = np.ones_like(LEVELS)
+    inside[::2, ::4] = 0
+    path = tmp_path / "a.gds"
+    drawn = {"etch_bias_um": 0.25, "aperture_layer": 50}
+    report = raylet.export_element(plate, path, **drawn)
+    assert report.numbers["closed_cells"] == 4 and report.numbers["outlines"] == 1
+    found = raylet.read_masks(path, pitch_um=2.0, size=(5, 3), levels=4, **drawn)
+    np.testing.assert_array_equal(found, LEVELS * inside)
+    raylet.export_element(plate, tmp_path / "a.npy", whole_grid=True)
+    np.testing.assert_array_equal(np.load(tmp_path / "a.npy"), LEVELS * (np.pi / 2))
+    for ending, start in {"oas": b"%SEMI-OASIS", "dxf": b"999\nraylet"}.items():
+        raylet.export_element(plate, tmp_path / f"a.{ending}", fill=0.81)
+        assert (tmp_path / f"a.{ending}").read_bytes().startswith(start)

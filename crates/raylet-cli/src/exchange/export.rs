@@ -14,7 +14,8 @@ use crate::say::say;
 pub(crate) struct Export {
     /// A scene (.toml), an array of phases, heights, amplitudes or levels (.npy, .npz), or a mask file (.gds).
     source: PathBuf,
-    /// The file to be written; its end decides on the format: .gds, .stl, .png, .csv, .dat, .txt (coefficients) or .npy.
+    /// The file to be written; its end decides on the format: .gds, .oas, .dxf, .stl, .png, .csv, .dat, .txt (coefficients) or
+    /// .npy.
     #[arg(short, long, value_name = "FILE")]
     out: PathBuf,
     #[command(flatten)]
@@ -48,12 +49,15 @@ struct CellOptions {
     /// Mirrors the pattern in x: as it looks from the side from which the light comes.
     #[arg(long)]
     mirror: bool,
+    /// Takes all cells; by default those with their centre outside of the element's aperture are on level 0.
+    #[arg(long)]
+    whole_grid: bool,
 }
 
 /// Levels and masks.
 #[derive(Args)]
 struct MaskOptions {
-    /// Number of levels; by default those on which the values are.
+    /// Number of levels; by default those of the scene's design or kinoform, or else those on which the values are.
     #[arg(long, value_name = "N")]
     levels: Option<u32>,
     /// A layer for each level, binary etch masks, or one layer with the level as the data type.
@@ -70,6 +74,20 @@ struct MaskOptions {
     /// Number of the first layer of a mask file.
     #[arg(long, value_name = "N", default_value_t = 1)]
     gds_layer: u16,
+    /// Draws the outline of the element's aperture on this layer, and on data type 1 what is blocked in it.
+    #[arg(long, value_name = "N")]
+    aperture_layer: Option<u16>,
+    /// How far in µm an etch moves each edge of a drawn shape outwards; shapes are drawn that much narrower.
+    #[arg(
+        long,
+        value_name = "B",
+        default_value_t = 0.0,
+        allow_negative_numbers = true
+    )]
+    etch_bias_um: f64,
+    /// Share of the area of a cell that is drawn; by default that of the scene's pixels.
+    #[arg(long, value_name = "F")]
+    fill: Option<f64>,
     /// Database unit of a mask file in nm.
     #[arg(long, value_name = "U", default_value_t = 1.0)]
     database_unit_nm: f64,
@@ -176,6 +194,7 @@ impl Export {
                 QuantityName::Level => Quantity::Level,
             },
             mirror: cells.mirror,
+            whole_grid: cells.whole_grid,
             levels: masks.levels,
             masks: match masks.masks {
                 _ if masks.dose => Masks::Dose,
@@ -184,6 +203,9 @@ impl Export {
                 MasksName::Dose => Masks::Dose,
             },
             gds_layer: masks.gds_layer,
+            aperture_layer: masks.aperture_layer,
+            etch_bias_um: masks.etch_bias_um,
+            fill: masks.fill,
             database_unit_nm: masks.database_unit_nm,
             size: masks.size,
             depth_um: relief.depth_um,

@@ -4,8 +4,12 @@ use std::path::{Path, PathBuf};
 
 use crate::file::arrays::array::BorrowedArray;
 use crate::file::decode::fault::Fault;
+use crate::file::fabrication::designed_levels::DesignedLevels;
 use crate::file::fabrication::export_choices::Quantity;
+use crate::file::fabrication::open_part::OpenPart;
 use crate::file::fabrication::relief::Relief;
+use crate::optics::aperture::Aperture;
+use crate::optics::pixels::active_area::ActiveArea;
 
 /// Rows of numbers, from any place and in any order.
 pub(crate) trait CellRows {
@@ -29,6 +33,14 @@ pub(crate) struct Cells<'a> {
     pub quantity: Quantity,
     /// The relief that makes a phase, as far as it is known.
     pub relief: Relief,
+    /// The part that the aperture of the element leaves open, where it is not left out.
+    pub open: Option<OpenPart>,
+    /// The aperture on the axes of the cells, where it has a shape on these.
+    pub aperture: Option<Aperture>,
+    /// The levels that the scene states.
+    pub designed: Option<DesignedLevels>,
+    /// The part of a cell that has its value.
+    pub active: ActiveArea,
     /// Whether rows are mirrored in x.
     pub mirror: bool,
     /// The file that a message names.
@@ -39,7 +51,26 @@ pub(crate) struct Cells<'a> {
     pub losses: Vec<String>,
 }
 
-impl Cells<'_> {
+impl<'a> Cells<'a> {
+    /// Touching cells without an aperture, of which nothing else is known.
+    pub(crate) fn new(rows: Box<dyn CellRows + 'a>, pitch_um: [f64; 2], file: &Path) -> Self {
+        let name = file.file_stem().unwrap_or_default().to_string_lossy();
+        Self {
+            rows,
+            pitch_um,
+            quantity: Quantity::Phase,
+            relief: Relief::default(),
+            open: None,
+            aperture: None,
+            designed: None,
+            active: ActiveArea::WHOLE,
+            mirror: false,
+            file: file.to_path_buf(),
+            name: name.into_owned(),
+            losses: Vec::new(),
+        }
+    }
+
     /// Number of cells [nx, ny].
     pub(crate) fn size(&self) -> [usize; 2] {
         self.rows.size()
@@ -62,7 +93,7 @@ impl Cells<'_> {
         Ok(())
     }
 
-    /// One row, as the element is seen.
+    /// One row, as the element is seen: [`CLOSED`](crate::file::fabrication::open_part::CLOSED) outside of its aperture.
     ///
     /// # Errors
     /// A row that cannot be read, or a value that is not finite.
@@ -71,6 +102,9 @@ impl Cells<'_> {
         if let Some(x) = values.iter().position(|value| !value.is_finite()) {
             let found = format!("a value at [{y}, {x}] that is not finite");
             return Err(Fault::of_file(&self.file, found, "finite values only"));
+        }
+        if let Some(open) = &self.open {
+            open.close(y, self.rows.size(), values);
         }
         if self.mirror {
             values.reverse();

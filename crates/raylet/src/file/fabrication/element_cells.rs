@@ -1,33 +1,40 @@
 //! The cells of an element of a scene: those of a layer of pixels or heights, or an analytic phase at the centres of cells.
+//! What lies outside of the aperture of the element is marked.
 
-use std::f64::consts::TAU;
 use std::path::Path;
 
-use crate::file::arrays::array::BorrowedArray;
 use crate::file::decode::fault::Fault;
 use crate::file::fabrication::cell_rows::{
-    BorrowedRows, CellRows, Cells, FunctionRows, LevelRows, Part, part_of,
+    BorrowedRows, CellRows, Cells, FunctionRows, Part, part_of,
 };
+use crate::file::fabrication::designed_levels::designed_levels;
 use crate::file::fabrication::export_choices::{ExportChoices, Quantity, choice_fault, needed};
-use crate::file::fabrication::gds_reader::read_masks;
 use crate::file::fabrication::npy_rows::npy_rows;
+use crate::file::fabrication::open_part::OpenPart;
 use crate::file::fabrication::relief::Relief;
 use crate::file::model::build::system_with;
 use crate::file::model::relief_side::side_of_relief;
 use crate::file::model::scene_arrays::Arrays;
 use crate::file::model::scene_media::index_at;
-use crate::file::scene::element::{DoeElement, Element};
+use crate::file::scene::element::{Coordinates, DoeElement, Element};
 use crate::file::scene::layer::{HeightLayer, Layer, PixelLayer};
 use crate::file::scene::scene_file::Scene;
 use crate::optics::doe;
+use crate::optics::phase::placement::Placement;
 use crate::optics::phase::profile::Profile;
+use crate::optics::pixels::active_area::ActiveArea;
 use crate::optics::screen::ScreenKind;
+use crate::optics::shape::Shape;
+use crate::optics::surface_coordinates::SurfaceCoordinates;
 
 /// Micrometres in a millimetre.
 const UM: f64 = 1e-3;
 
 /// Most cells along an axis of an analytic phase.
 const MOST_CELLS: f64 = 1e7;
+
+/// Most cells of an analytic phase in all: a thousand seconds of work.
+const MOST_IN_ALL: f64 = 1e10;
 
 /// An element of a scene, with its number.
 #[derive(Clone, Copy)]
@@ -55,6 +62,20 @@ pub(crate) fn element_cells<'a>(
         Some(Layer::Height(heights)) => chosen.heights(heights, arrays)?,
         _ => chosen.phase(arrays, choices)?,
     };
+    let flat = cells.open.as_ref().filter(|open| open.along.is_none());
+    cells.aperture = flat.map(|open| open.aperture.seen_from(open.placement));
+    if choices.whole_grid {
+        if cells
+            .open
+            .take()
+            .is_some_and(|open| open.closed(cells.size()) > 0)
+        {
+            cells.losses.push(String::from(
+                "the aperture of the element: the whole grid is drawn",
+            ));
+        }
+    }
+    cells.designed = designed_levels(scene, chosen.number, chosen.layer);
     if chosen.doe.layer.len() > 1 {
         let others = chosen.doe.layer.len() - 1;
         let plural = if others == 1 { "layer" } else { "layers" };
@@ -127,19 +148,42 @@ impl<'a> Chosen<'a> {
             wavelength_um: self.scene.wavelength_um.first().copied(),
             ..Relief::default()
         };
-        let losses = vec![String::from(
-            "the aperture of the element: the whole grid is drawn",
-        )];
         Cells {
-            rows,
-            pitch_um,
             quantity,
             relief,
-            mirror: false,
-            file: self.scene.origin.file.clone(),
             name: self.scene.element_name(self.number),
-            losses,
+            ..Cells::new(rows, pitch_um, &self.scene.origin.file)
         }
+    }
+
+    /// The aperture over the cells of a layer.
+    fn open(
+        &self,
+        arrays: &Arrays<'_>,
+        placement: Placement,
+        pitch_um: [f64; 2],
+    ) -> Result<OpenPart, Fault> {
+        let path = format!("element[{}]", self.number);
+        let along = match self.doe.coordinates {
+            Coordinates::Projected => None,
+            Coordinates::Surface => {
+                let shape = arrays.shape(&self.doe.surface_shape(), &path);
+                let shape = shape.ok_or_else(|| {
+                    let expected = "a surface whose array can be read";
+                    self.scene
+                        .fault(&path, "a surface without heights", expected)
+                })?;
+                (shape != Shape::Plane)
+                    .then(|| SurfaceCoordinates::of(&shape))
+                    .flatten()
+            }
+        };
+        Ok(OpenPart {
+            aperture: self.doe.aperture.optics(),
+            placement,
+            along,
+            pitch_mm: pitch_um.map(|um| um * UM),
+        })
     }
 
     /// Rows of the array that a key of the layer names.
@@ -183,6 +227,8 @@ impl<'a> Chosen<'a> {
         };
         let rows = self.rows(arrays, (key, file, member), (part, scale))?;
         let mut cells = self.cells(rows, layer.pitch_um, quantity);
+        cells.open = Some(self.open(arrays, layer.placement(), layer.pitch_um)?);
+        cells.active = layer.active().unwrap_or(ActiveArea::WHOLE);
         let has_both = layer.transmission.is_some() || layer.amplitude.is_some();
         let lost = &mut cells.losses;
         match quantity {
@@ -193,9 +239,6 @@ impl<'a> Chosen<'a> {
                 lost.push(String::from("the amplitude of the pixels"));
             }
             _ => {}
-        }
-        if layer.active().is_ok_and(|active| !active.is_whole()) {
-            lost.push(String::from("the gaps between pixels: cells touch"));
         }
         if layer.fringing().is_some() {
             lost.push(String::from("fly-back and crosstalk"));
@@ -211,6 +254,7 @@ impl<'a> Chosen<'a> {
         let named = ("height_um", layer.height_um.as_path(), layer.key.as_deref());
         let rows = self.rows(arrays, named, (Part::Phase, 1.0))?;
         let mut cells = self.cells(rows, layer.pitch_um, Quantity::Height);
+        cells.open = Some(self.open(arrays, layer.placement(), layer.pitch_um)?);
         cells.relief.step = self.step(layer)?;
         if !layer.placement().is_none() {
             let lost = "the place of the layer on its element";
@@ -286,20 +330,26 @@ impl<'a> Chosen<'a> {
             let found = format!("a pitch that makes {many} cells along an axis");
             return Err(choice_fault(file, "pitch_um", found, "at most 1e7 cells"));
         }
-        let aperture = element.aperture.clone();
-        let function = move |x: f64, y: f64| match aperture.contains(x, y) {
-            true => profiles.iter().map(|profile| profile.phase(x, y)).sum(),
-            false => 0.0,
-        };
+        let all = counts[0] * counts[1];
+        if all > MOST_IN_ALL {
+            let found = format!("a pitch that makes {all:.1e} cells");
+            return Err(choice_fault(file, "pitch_um", found, "at most 1e10 cells"));
+        }
+        let function =
+            move |x: f64, y: f64| profiles.iter().map(|profile| profile.phase(x, y)).sum();
         let rows = FunctionRows {
             size: counts.map(|count| count as usize),
             pitch,
             function,
         };
         let mut cells = self.cells(Box::new(rows), pitch_um, Quantity::Phase);
-        cells.losses = vec![String::from(
-            "the phase between the centres of cells; cells outside of the aperture have phase 0",
-        )];
+        cells.open = Some(OpenPart {
+            aperture: element.aperture,
+            placement: Placement::NONE,
+            along: None,
+            pitch_mm: pitch,
+        });
+        cells.losses = vec![String::from("the phase between the centres of cells")];
         Ok(cells)
     }
 
@@ -328,94 +378,4 @@ pub(crate) fn is_analytic(scene: &Scene, choices: &ExportChoices) -> Result<bool
     let chosen = chosen(scene, choices)?;
     let layer = chosen.doe.layer.get(chosen.layer);
     Ok(!matches!(layer, Some(Layer::Pixels(_) | Layer::Height(_))))
-}
-
-/// The cells of an array file or of an array in memory.
-///
-/// # Errors
-/// No pitch, or an array that cannot be read.
-pub(crate) fn array_cells<'a>(
-    file: &Path,
-    array: Option<BorrowedArray<'a>>,
-    choices: &ExportChoices,
-) -> Result<Cells<'a>, Fault> {
-    let quantity = choices.quantity;
-    let pitch_um = needed(
-        file,
-        "pitch_um",
-        choices.pitch_um,
-        "the cells of an array (--pitch-um)",
-    )?;
-    // Complex numbers are taken apart; real ones need no part.
-    let part = match quantity {
-        Quantity::Amplitude => Part::Amplitude,
-        _ => Part::Phase,
-    };
-    let (rows, is_complex): (Box<dyn CellRows + 'a>, bool) = match array {
-        Some(array) => {
-            if array.shape().contains(&0) {
-                return Err(Fault::of_file(file, "an empty array", "at least one cell"));
-            }
-            let is_complex = matches!(array, BorrowedArray::Complex(_));
-            let scale = 1.0;
-            (Box::new(BorrowedRows { array, part, scale }), is_complex)
-        }
-        None => {
-            let read = npy_rows(file, Some(("phase", None)), part, 1.0)?;
-            (read.rows, read.is_complex)
-        }
-    };
-    let mut losses = Vec::new();
-    if is_complex {
-        part_of(file, quantity)?;
-        let lost = match quantity {
-            Quantity::Amplitude => "the phase of the array",
-            _ => "the amplitude of the array",
-        };
-        losses.push(String::from(lost));
-    }
-    let name = file.file_stem().unwrap_or_default().to_string_lossy();
-    Ok(Cells {
-        rows,
-        pitch_um,
-        quantity,
-        relief: Relief::default(),
-        mirror: false,
-        file: file.to_path_buf(),
-        name: name.into_owned(),
-        losses,
-    })
-}
-
-/// The cells of a mask file: phases, heights or amplitudes of its levels, or their numbers.
-///
-/// # Errors
-/// A file that cannot be read, or heights without a depth.
-pub(crate) fn mask_cells(file: &Path, choices: &ExportChoices) -> Result<Cells<'static>, Fault> {
-    let read = read_masks(file, choices)?;
-    let count = f64::from(read.count);
-    let step = match choices.quantity {
-        Quantity::Level => 1.0,
-        Quantity::Phase => TAU / count,
-        Quantity::Amplitude => 1.0 / (count - 1.0),
-        Quantity::Height => {
-            let purpose = "the heights of levels (--depth-um)";
-            needed(file, "depth_um", choices.depth_um, purpose)? / count
-        }
-    };
-    let name = file.file_stem().unwrap_or_default().to_string_lossy();
-    Ok(Cells {
-        rows: Box::new(LevelRows {
-            size: read.size,
-            levels: read.levels,
-            step,
-        }),
-        pitch_um: choices.pitch_um.unwrap_or([1.0; 2]),
-        quantity: choices.quantity,
-        relief: Relief::default(),
-        mirror: false,
-        file: file.to_path_buf(),
-        name: name.into_owned(),
-        losses: Vec::new(),
-    })
 }

@@ -6,20 +6,23 @@ use std::path::Path;
 
 use crate::file::arrays::array::BorrowedArray;
 use crate::file::decode::fault::Fault;
+use crate::file::fabrication::array_cells::{array_cells, mask_cells};
 use crate::file::fabrication::cell_rows::Cells;
-use crate::file::fabrication::element_cells::{
-    array_cells, element_cells, is_analytic, mask_cells,
-};
-use crate::file::fabrication::export_choices::{ExportChoices, Quantity};
+use crate::file::fabrication::element_cells::{element_cells, is_analytic};
+use crate::file::fabrication::export_choices::{ExportChoices, Quantity, choice_fault};
 use crate::file::fabrication::export_report::{
-    ExportReport, report_levels, report_masks, report_values, short,
+    ExportReport, report_drawing, report_levels, report_masks, report_values, short,
 };
-use crate::file::fabrication::gds_writer::write_gds;
+use crate::file::fabrication::gds::gds_writer::GdsFile;
 use crate::file::fabrication::height_image::GreyScale;
 use crate::file::fabrication::level_survey::survey;
 use crate::file::fabrication::levels::{plan_levels, spread};
 use crate::file::fabrication::made_values::MadeValues;
-use crate::file::fabrication::mask_plan::MaskPlan;
+use crate::file::fabrication::masks::dxf_writer::DxfFile;
+use crate::file::fabrication::masks::mask_file::write_masks;
+use crate::file::fabrication::masks::mask_plan::MaskPlan;
+use crate::file::fabrication::masks::outline::Outlines;
+use crate::file::fabrication::oasis::oasis_writer::OasisFile;
 use crate::file::fabrication::radial_fit::fit_radial;
 use crate::file::fabrication::stl::ReliefGrid;
 use crate::file::fabrication::value_files::{FEWEST_POINTS, write_csv, write_dat, write_npy};
@@ -27,6 +30,7 @@ use crate::file::model::scene_arrays::Arrays;
 use crate::file::scene::scene_file::Scene;
 use crate::file::storage::hidden::unwritable;
 use crate::file::storage::own_file::{OwnFile, Replace};
+use crate::optics::pixels::active_area::ActiveArea;
 
 /// Where the cells come from.
 #[derive(Clone, Copy, Debug)]
@@ -43,6 +47,8 @@ pub enum ExportSource<'a, 'l> {
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Format {
     Gds,
+    Oasis,
+    Dxf,
     Stl,
     Png,
     Csv,
@@ -52,13 +58,15 @@ enum Format {
 }
 
 /// Names of files that can be written.
-const EXTENSIONS: &str = "a name ending in .gds, .stl, .png, .csv, .dat, .npy or .txt";
+const EXTENSIONS: &str = "a name ending in .gds, .oas, .dxf, .stl, .png, .csv, .dat, .npy or .txt";
 
 impl Format {
     fn of(path: &Path) -> Result<Self, Fault> {
         let extension = path.extension().and_then(|end| end.to_str()).unwrap_or("");
         match extension.to_ascii_lowercase().as_str() {
             "gds" => Ok(Self::Gds),
+            "oas" => Ok(Self::Oasis),
+            "dxf" => Ok(Self::Dxf),
             "stl" => Ok(Self::Stl),
             "png" => Ok(Self::Png),
             "csv" => Ok(Self::Csv),
@@ -138,8 +146,9 @@ impl Export<'_> {
         );
         report.line("Size", format!("{} x {} mm", short(width), short(height)));
         report.number("cells", nx as f64 * ny as f64);
+        self.report_aperture(&cells, &mut report)?;
         match self.format {
-            Format::Gds => self.gds(&mut cells, &mut report)?,
+            Format::Gds | Format::Oasis | Format::Dxf => self.masks(&mut cells, &mut report)?,
             Format::Stl => self.relief(&mut cells, &mut report)?,
             Format::Png => self.picture(&mut cells, &mut report)?,
             Format::Csv => {
@@ -169,6 +178,48 @@ impl Export<'_> {
         }
     }
 
+    /// Reports how many cells the aperture closes.
+    fn report_aperture(&self, cells: &Cells, report: &mut ExportReport) -> Result<(), Fault> {
+        let Some(open) = &cells.open else {
+            return Ok(());
+        };
+        let [nx, ny] = cells.size();
+        let closed = open.closed([nx, ny]);
+        report.number("closed_cells", closed as f64);
+        if closed == nx as u64 * ny as u64 {
+            let found = "an aperture in which no cell has its centre";
+            let expected = "cells in the aperture, or the whole grid (--whole-grid)";
+            return Err(Fault::of_file(&cells.file, found, expected));
+        }
+        if closed > 0 {
+            let made = match self.format {
+                Format::Gds | Format::Oasis | Format::Dxf => "on level 0",
+                Format::Coefficients => "left out",
+                _ => "at 0",
+            };
+            report.line(
+                "Aperture",
+                format!("{closed} cells with their centre outside are {made}"),
+            );
+        }
+        Ok(())
+    }
+
+    /// The outlines that a mask file draws.
+    fn outlines(&self, cells: &Cells, plan: &MaskPlan) -> Result<Outlines, Fault> {
+        if self.choices.aperture_layer.is_none() {
+            return Ok(Outlines::default());
+        }
+        let refuse = |found: &str| {
+            let expected = "the aperture of an element of a scene, over a flat grid of cells";
+            Err(choice_fault(&cells.file, "aperture_layer", found, expected))
+        };
+        match &cells.aperture {
+            Some(aperture) => Outlines::new(&cells.file, aperture, plan.unit_nm),
+            None => refuse("cells without such an aperture"),
+        }
+    }
+
     /// Writes the file by a function of a buffered stream.
     fn stream<T>(
         &self,
@@ -185,20 +236,40 @@ impl Export<'_> {
     }
 
     /// A mask file.
-    fn gds(&self, cells: &mut Cells, report: &mut ExportReport) -> Result<(), Fault> {
+    fn masks(&self, cells: &mut Cells, report: &mut ExportReport) -> Result<(), Fault> {
         let found = spread(cells)?;
         let levels = plan_levels(cells, &found, self.choices)?;
+        let active = match self.choices.fill {
+            Some(fill) => ActiveArea::of_fill(fill, cells.active.rest).unwrap_or(cells.active),
+            None => cells.active,
+        };
         let plan = MaskPlan::new(
             self.file.path(),
             cells.size(),
-            cells.pitch_um,
+            (cells.pitch_um, active),
             levels.count,
             self.choices,
         )?;
+        let outlines = self.outlines(cells, &plan)?;
         let survey = survey(cells, &levels)?;
         report_levels(report, cells, &levels, &survey);
-        let shapes = self.stream(|out| write_gds(out, cells, &levels, &plan, survey.tile))?;
+        let drawn = (survey.tile, &outlines);
+        let shapes = self.stream(|out| match self.format {
+            Format::Oasis => {
+                let mut file = OasisFile::new(out, plan.unit_nm)?;
+                write_masks(&mut file, cells, &levels, &plan, drawn)
+            }
+            Format::Dxf => {
+                let mut file = DxfFile::new(out, &plan)?;
+                write_masks(&mut file, cells, &levels, &plan, drawn)
+            }
+            _ => {
+                let mut file = GdsFile::new(out, plan.unit_nm)?;
+                write_masks(&mut file, cells, &levels, &plan, drawn)
+            }
+        })?;
         report_masks(report, cells, &levels, &plan, &shapes);
+        report_drawing(report, (&plan, active), &outlines);
         Ok(())
     }
 

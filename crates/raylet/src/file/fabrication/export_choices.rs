@@ -81,12 +81,20 @@ pub struct ExportChoices {
     pub quantity: Quantity,
     /// Mirrors the pattern in x: as it looks from the side from which the light comes.
     pub mirror: bool,
-    /// Number of levels; those on which the values are without it.
+    /// Takes the whole grid of cells, also those outside of the aperture of the element.
+    pub whole_grid: bool,
+    /// Number of levels; those that the scene states, or on which the values are, without it.
     pub levels: Option<u32>,
     /// How levels become layers.
     pub masks: Masks,
     /// Number of the first layer of a mask file.
     pub gds_layer: u16,
+    /// Number of the layer on which the outline of the aperture is drawn, if it is.
+    pub aperture_layer: Option<u16>,
+    /// How far in µm an etch moves each edge of a drawn shape outwards; shapes are drawn that much narrower.
+    pub etch_bias_um: f64,
+    /// Share of the area of a cell that is drawn; that of the scene's pixels without it.
+    pub fill: Option<f64>,
     /// Database unit of a mask file in nm.
     pub database_unit_nm: f64,
     /// Number of cells [nx, ny] of a mask file that is read.
@@ -127,9 +135,13 @@ impl Default for ExportChoices {
             pitch_um: None,
             quantity: Quantity::Phase,
             mirror: false,
+            whole_grid: false,
             levels: None,
             masks: Masks::Each,
             gds_layer: 1,
+            aperture_layer: None,
+            etch_bias_um: 0.0,
+            fill: None,
             database_unit_nm: 1.0,
             size: None,
             depth_um: None,
@@ -189,6 +201,13 @@ impl ExportChoices {
         }
         if !(1..=MOST_TERMS).contains(&self.terms) {
             return refuse("terms", self.terms.to_string(), "from 1 to 20 coefficients");
+        }
+        if !(-1e3..=1e3).contains(&self.etch_bias_um) {
+            let found = self.etch_bias_um.to_string();
+            return refuse("etch_bias_um", found, "a number from -1000 to 1000");
+        }
+        if let Some(fill) = self.fill.filter(|fill| !(1e-6..=1.0).contains(fill)) {
+            return refuse("fill", fill.to_string(), "a number from 1e-6 to 1");
         }
         if let Some([nx, ny]) = self.size.filter(|size| size.contains(&0)) {
             return refuse("size", format!("[{nx}, {ny}]"), "at least one cell");

@@ -5,11 +5,14 @@ use std::fmt;
 
 use crate::file::fabrication::cell_rows::Cells;
 use crate::file::fabrication::export_choices::{Masks, Quantity};
-use crate::file::fabrication::gds_writer::Shapes;
 use crate::file::fabrication::level_survey::Survey;
 use crate::file::fabrication::levels::Levels;
 use crate::file::fabrication::made_values::{MadeRange, MadeValues};
-use crate::file::fabrication::mask_plan::MaskPlan;
+use crate::file::fabrication::masks::drawn_part::DrawnPart;
+use crate::file::fabrication::masks::mask_file::Shapes;
+use crate::file::fabrication::masks::mask_plan::MaskPlan;
+use crate::file::fabrication::masks::outline::Outlines;
+use crate::optics::pixels::active_area::{ActiveArea, Rest};
 
 /// A short report.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -216,6 +219,58 @@ pub(crate) fn report_masks(
         let lost = "half a database unit: the centre lies that far from the origin";
         report.lost.push(String::from(lost));
     }
+}
+
+/// Reports what else a mask file draws: gaps, the bias of an etch, the outline of the aperture.
+pub(crate) fn report_drawing(
+    report: &mut ExportReport,
+    (plan, active): (&MaskPlan, ActiveArea),
+    outlines: &Outlines,
+) {
+    let um = |units: i64| short(units as f64 * plan.unit_nm * 1e-3);
+    let [dx, dy] = plan.pitch;
+    match plan.part {
+        DrawnPart::Whole => {}
+        DrawnPart::Apart([x, y]) => report.line(
+            "Cells drawn",
+            format!(
+                "{} x {} µm each, level 0 around",
+                um(dx - 2 * x),
+                um(dy - 2 * y)
+            ),
+        ),
+        DrawnPart::Shrunk(margin) => report.line(
+            "Etch bias",
+            format!("{} µm: shapes are narrower by it at each edge", um(margin)),
+        ),
+        DrawnPart::Grown(margin) => report.line(
+            "Etch bias",
+            format!("-{} µm: shapes are wider by it at each edge", um(margin)),
+        ),
+    }
+    if !active.is_whole() && plan.part == DrawnPart::Whole {
+        report.lost.push(String::from(
+            "the gaps between pixels, which are narrower than a database unit",
+        ));
+    } else if !active.is_whole() && active.rest == Rest::Dark {
+        report.lost.push(String::from(
+            "that the gaps between pixels are dark: they are on level 0",
+        ));
+    }
+    let Some(layer) = plan.aperture_layer else {
+        return;
+    };
+    let corners: usize = outlines.polygons.iter().map(|one| one.corners.len()).sum();
+    report.line(
+        "Outline",
+        format!(
+            "{} polygons of {corners} corners on layer {layer}, within {} nm of the aperture",
+            outlines.polygons.len(),
+            short((outlines.off + 0.5) * plan.unit_nm)
+        ),
+    );
+    report.number("outlines", outlines.polygons.len() as f64);
+    report.number("outline_error_nm", (outlines.off + 0.5) * plan.unit_nm);
 }
 
 #[cfg(test)]

@@ -457,7 +457,7 @@ fn files_of_others_stay() {
     let message = refusal(&path, &heights(), &choices(Quantity::Height));
     assert!(message.contains("--overwrite"), "{message}");
     let message = refusal(
-        &room.path().join("a.oas"),
+        &room.path().join("a.cif"),
         &heights(),
         &choices(Quantity::Height),
     );

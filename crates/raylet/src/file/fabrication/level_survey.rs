@@ -33,8 +33,8 @@ pub(crate) fn row_levels(levels: &Levels, values: &[f64], row: &mut [u16]) {
 /// # Errors
 /// A row that cannot be read.
 pub(crate) fn survey(cells: &mut Cells, levels: &Levels) -> Result<Survey, Fault> {
-    let [nx, ny] = cells.size();
-    let (mut squares, mut largest) = (0.0, 0.0_f64);
+    let [nx, _] = cells.size();
+    let (mut squares, mut largest, mut open) = (0.0, 0.0_f64, 0_u64);
     let mut counts = vec![0_u64; usize::from(levels.count)];
     let mut row = vec![0_u16; nx];
     let mut columns = Columns {
@@ -48,6 +48,7 @@ pub(crate) fn survey(cells: &mut Cells, levels: &Levels) -> Result<Survey, Fault
         for (to, value) in row.iter_mut().zip(values) {
             let (level, off) = levels.of(*value);
             *to = level;
+            open += u64::from(!value.is_nan());
             squares += off * off;
             largest = largest.max(off.abs());
             if let Some(count) = counts.get_mut(usize::from(level)) {
@@ -65,7 +66,7 @@ pub(crate) fn survey(cells: &mut Cells, levels: &Levels) -> Result<Survey, Fault
         Ok(())
     })?;
     Ok(Survey {
-        off: [(squares / (nx as f64 * ny as f64)).sqrt(), largest],
+        off: [(squares / open as f64).sqrt(), largest],
         counts,
         feature: [across, columns.smallest],
         tile: [periods, period(&hashes)],
@@ -144,7 +145,7 @@ fn common(a: usize, b: usize, all: usize) -> usize {
 
 #[cfg(test)]
 mod tests {
-    use std::path::PathBuf;
+    use std::path::Path;
 
     use ndarray::Array2;
 
@@ -153,7 +154,6 @@ mod tests {
     use crate::file::fabrication::export_choices::Quantity;
     use crate::file::fabrication::level_survey::{Survey, common, period, survey};
     use crate::file::fabrication::levels::Levels;
-    use crate::file::fabrication::relief::Relief;
 
     fn surveyed(values: Array2<f64>) -> Survey {
         let rows = BorrowedRows {
@@ -162,14 +162,8 @@ mod tests {
             scale: 1.0,
         };
         let mut cells = Cells {
-            rows: Box::new(rows),
-            pitch_um: [1.0; 2],
             quantity: Quantity::Level,
-            relief: Relief::default(),
-            mirror: false,
-            file: PathBuf::new(),
-            name: String::new(),
-            losses: Vec::new(),
+            ..Cells::new(Box::new(rows), [1.0; 2], Path::new("a.npy"))
         };
         let levels = Levels {
             count: 4,

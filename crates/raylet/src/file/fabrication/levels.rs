@@ -27,8 +27,11 @@ pub(crate) struct Levels {
 }
 
 impl Levels {
-    /// The level of a value, and how far the value is from it.
+    /// The level of a value, and how far the value is from it. A closed cell is on level 0.
     pub(crate) fn of(&self, value: f64) -> (u16, f64) {
+        if value.is_nan() {
+            return (0, 0.0);
+        }
         let steps = (value - self.lowest) / self.step;
         let nearest = steps.round();
         let count = f64::from(self.count);
@@ -68,8 +71,9 @@ pub(crate) fn spread(cells: &mut Cells) -> Result<Spread, Fault> {
     cells.each_row(|_, values| {
         let mut last = f64::NAN;
         for value in values {
+            // Closed cells have no value.
             range = [range[0].min(*value), range[1].max(*value)];
-            if *value != last {
+            if *value != last && !value.is_nan() {
                 last = *value;
                 keep(&mut distinct, *value);
             }
@@ -90,7 +94,7 @@ fn keep(distinct: &mut Option<Vec<f64>>, value: f64) {
     }
 }
 
-/// The levels on which values are put: as many as are chosen, or those on which they are.
+/// The levels on which values are put: as many as are chosen, or as the scene states, or those on which they are.
 ///
 /// # Errors
 /// Values that are on no few levels where no number is chosen, or that levels do not hold.
@@ -102,7 +106,10 @@ pub(crate) fn plan_levels(
     let file = cells.file.as_path();
     let levels = match (cells.quantity, choices.levels) {
         (Quantity::Phase, Some(count)) => wrapped(count as u16),
-        (Quantity::Phase, None) => found_phases(spread).ok_or_else(|| many(file))?,
+        (Quantity::Phase, None) => match cells.designed {
+            Some(designed) => wrapped(designed.count),
+            None => found_phases(spread).ok_or_else(|| many(file))?,
+        },
         (Quantity::Height, count) => heights(cells, spread, count, file)?,
         (Quantity::Amplitude, count) => straight(count.unwrap_or(2) as u16, [0.0, 1.0]),
         (Quantity::Level, count) => numbers(spread, count, file)?,
@@ -158,15 +165,23 @@ fn found_phases(spread: &Spread) -> Option<Levels> {
 fn heights(
     cells: &Cells,
     spread: &Spread,
-    count: Option<u32>,
+    chosen: Option<u32>,
     file: &Path,
 ) -> Result<Levels, Fault> {
     let [low, high] = spread.range;
-    match (count, cells.relief.depth_um()) {
+    let designed = cells.designed.filter(|_| chosen.is_none());
+    // Levels that a scene states are shares of a whole wave.
+    let depth = cells.relief.depth_um();
+    let stated = designed.filter(|_| depth.is_some());
+    let count = chosen.or(stated.map(|designed| u32::from(designed.count)));
+    match (count, depth) {
         (Some(count), Some(depth)) => Ok(Levels {
             count: count as u16,
             lowest: 0.0,
-            step: depth / f64::from(count),
+            step: match designed {
+                Some(designed) => designed.step_um(depth),
+                None => depth / f64::from(count),
+            },
             wraps: false,
         }),
         (Some(count), None) => Ok(straight(count as u16, spread.range)),
@@ -213,7 +228,7 @@ fn many(file: &Path) -> Fault {
 #[cfg(test)]
 mod tests {
     use std::f64::consts::{PI, TAU};
-    use std::path::PathBuf;
+    use std::path::Path;
 
     use ndarray::{Array2, array};
 
@@ -221,7 +236,6 @@ mod tests {
     use crate::file::fabrication::cell_rows::{BorrowedRows, Cells, Part};
     use crate::file::fabrication::export_choices::{ExportChoices, Quantity};
     use crate::file::fabrication::levels::{Levels, plan_levels, spread};
-    use crate::file::fabrication::relief::Relief;
 
     fn cells(values: &Array2<f64>, quantity: Quantity) -> Cells<'_> {
         let rows = BorrowedRows {
@@ -230,14 +244,8 @@ mod tests {
             scale: 1.0,
         };
         Cells {
-            rows: Box::new(rows),
-            pitch_um: [1.0; 2],
             quantity,
-            relief: Relief::default(),
-            mirror: false,
-            file: PathBuf::from("a.npy"),
-            name: String::new(),
-            losses: Vec::new(),
+            ..Cells::new(Box::new(rows), [1.0; 2], Path::new("a.npy"))
         }
     }
 

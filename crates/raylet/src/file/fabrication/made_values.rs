@@ -6,6 +6,7 @@ use crate::file::decode::fault::Fault;
 use crate::file::fabrication::cell_rows::Cells;
 use crate::file::fabrication::export_choices::{ExportChoices, Quantity, choice_fault};
 use crate::file::fabrication::levels::{Levels, plan_levels, spread};
+use crate::file::fabrication::open_part::CLOSED;
 use crate::file::fabrication::relief::Relief;
 
 /// How a value of a cell becomes that of a file.
@@ -49,6 +50,10 @@ impl MadeValues {
             }
             None => None,
         };
+        if !cells.active.is_whole() {
+            let lost = "the gaps between pixels: cells touch";
+            cells.losses.push(String::from(lost));
+        }
         let from = cells.quantity;
         let relief = (heights && from != Quantity::Height).then_some(cells.relief);
         if let Some(relief) = relief {
@@ -85,10 +90,11 @@ impl MadeValues {
         })
     }
 
-    /// The value of a file for that of a cell.
+    /// The value of a file for that of a cell; of a closed one that of level 0, or 0.
     pub(crate) fn of(&self, value: f64) -> f64 {
         let on_level = match self.levels {
             Some(levels) => levels.value(levels.of(value).0),
+            None if value.is_nan() => 0.0,
             None => value,
         };
         match (self.relief, self.from, self.levels) {
@@ -122,9 +128,12 @@ impl MadeValues {
         let mut jumps = false;
         cells.each_row(|_, values| {
             made.clear();
-            made.extend(values.iter().map(|value| self.of(*value)));
-            for value in &made {
-                range = [range[0].min(*value), range[1].max(*value)];
+            for value in values {
+                let own = self.of(*value);
+                range = [range[0].min(own), range[1].max(own)];
+                // Jumps to closed cells do not count, nor are these rounded.
+                made.push(if value.is_nan() { CLOSED } else { own });
+                count += f64::from(u8::from(!value.is_nan()));
             }
             if let Some(levels) = self.levels {
                 squares += values
@@ -132,7 +141,6 @@ impl MadeValues {
                     .map(|value| levels.of(*value).1.powi(2))
                     .sum::<f64>();
             }
-            count += values.len() as f64;
             if is_phase && !jumps {
                 let far = |(a, b): (&f64, &f64)| (a - b).abs() > std::f64::consts::PI;
                 jumps = made.iter().zip(made.iter().skip(1)).any(far)

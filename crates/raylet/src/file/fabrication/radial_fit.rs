@@ -10,6 +10,7 @@ use std::f64::consts::TAU;
 use crate::file::decode::fault::Fault;
 use crate::file::fabrication::cell_rows::Cells;
 use crate::file::fabrication::export_choices::{ExportChoices, Quantity, choice_fault};
+use crate::file::fabrication::open_part::OpenPart;
 
 /// Fits of what the fit before has left.
 const REFINEMENTS: usize = 3;
@@ -17,7 +18,7 @@ const REFINEMENTS: usize = 3;
 /// A rotational phase.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct RadialFit {
-    /// The radius R in mm: half of the smaller width of the cells.
+    /// The radius R in mm: half of the smaller width of the cells, or the reach of the aperture if that is less.
     pub radius_mm: f64,
     /// A₁, A₂, … in rad.
     pub coefficients: Vec<f64>,
@@ -148,6 +149,11 @@ impl Disc {
     }
 }
 
+/// Whether a cell, of which r²/R² and the phase are known, is within the radius and open.
+fn is_within((t, phase): &(f64, &f64)) -> bool {
+    *t <= 1.0 && !phase.is_nan()
+}
+
 /// Fits the phase of cells.
 ///
 /// # Errors
@@ -165,10 +171,12 @@ pub(crate) fn fit_radial(cells: &mut Cells, choices: &ExportChoices) -> Result<R
     };
     let ([nx, ny], [dx, dy]) = (cells.size(), cells.pitch_um);
     let pitch_mm = [dx * 1e-3, dy * 1e-3];
+    let half = 0.5 * (nx as f64 * pitch_mm[0]).min(ny as f64 * pitch_mm[1]);
+    let reach = cells.open.as_ref().and_then(OpenPart::reach);
     let disc = Disc {
         size: [nx, ny],
         pitch_mm,
-        radius_mm: 0.5 * (nx as f64 * pitch_mm[0]).min(ny as f64 * pitch_mm[1]),
+        radius_mm: half.min(reach.unwrap_or(half)),
     };
     let file = cells.file.clone();
     let few = || {
@@ -192,7 +200,7 @@ pub(crate) fn fit_radial(cells: &mut Cells, choices: &ExportChoices) -> Result<R
     for round in 0..=REFINEMENTS {
         let mut left = Normal::new(sum.len());
         cells.each_row(|y, phases| {
-            for (t, phase) in disc.row(y).zip(phases).filter(|(t, _)| *t <= 1.0) {
+            for (t, phase) in disc.row(y).zip(phases).filter(is_within) {
                 basis(t, &mut values);
                 let fit: f64 = values.iter().zip(&sum).map(|(b, c)| b * c).sum();
                 left.add(&values, wrapped(as_phase * phase - fit), 1.0);
@@ -254,7 +262,7 @@ fn rings_of(
 ) -> Result<Vec<Ring>, Fault> {
     let mut rings = vec![Ring::default(); count];
     cells.each_row(|y, phases| {
-        for (t, phase) in disc.row(y).zip(phases).filter(|(t, _)| *t <= 1.0) {
+        for (t, phase) in disc.row(y).zip(phases).filter(is_within) {
             let number = ((t.sqrt() * count as f64) as usize).min(count - 1);
             if let Some(ring) = rings.get_mut(number) {
                 let (sin, cos) = (as_phase * phase).sin_cos();
@@ -322,7 +330,7 @@ impl RadialFit {
 #[cfg(test)]
 mod tests {
     use std::f64::consts::TAU;
-    use std::path::PathBuf;
+    use std::path::Path;
 
     use ndarray::Array2;
 
@@ -330,7 +338,6 @@ mod tests {
     use crate::file::fabrication::cell_rows::{BorrowedRows, Cells, Part};
     use crate::file::fabrication::export_choices::{ExportChoices, Quantity};
     use crate::file::fabrication::radial_fit::{RadialFit, fit_radial};
-    use crate::file::fabrication::relief::Relief;
 
     fn fitted(
         phase: &dyn Fn(f64, f64) -> f64,
@@ -347,14 +354,8 @@ mod tests {
             scale: 1.0,
         };
         let mut cells = Cells {
-            rows: Box::new(rows),
-            pitch_um: [2.0; 2],
             quantity: Quantity::Phase,
-            relief: Relief::default(),
-            mirror: false,
-            file: PathBuf::from("a.npy"),
-            name: String::new(),
-            losses: Vec::new(),
+            ..Cells::new(Box::new(rows), [2.0; 2], Path::new("a.npy"))
         };
         let choices = ExportChoices {
             terms,

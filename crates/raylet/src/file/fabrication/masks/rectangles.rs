@@ -86,7 +86,7 @@ mod tests {
 
     use ndarray::{Array2, array};
 
-    use crate::file::fabrication::rectangles::{Merging, Rectangle};
+    use crate::file::fabrication::masks::rectangles::{Merging, Rectangle};
 
     fn rectangles(cells: &Array2<u16>) -> Vec<Rectangle> {
         let mut found = Vec::new();

@@ -4,12 +4,17 @@ use std::path::Path;
 
 use crate::file::decode::fault::Fault;
 use crate::file::fabrication::export_choices::{ExportChoices, Masks, choice_fault};
+use crate::file::fabrication::masks::drawn_part::DrawnPart;
+use crate::optics::pixels::active_area::ActiveArea;
 
 /// Layers and data types are below this.
 const MOST_LAYERS: u32 = 32_768;
 
 /// Most columns or rows of an array of references.
 const MOST_REPEATS: usize = 32_767;
+
+/// Most levels whose shapes are drawn wider: each has a pattern of its own.
+const MOST_PATTERNS: u16 = 255;
 
 /// How far a pitch may be from a whole number of database units, in these.
 const ROUNDED: f64 = 1e-6;
@@ -31,6 +36,10 @@ pub(crate) struct MaskPlan {
     pub pitch: [i64; 2],
     /// The corner of the smallest x and y, in database units: the element is centred, to half a unit.
     pub corner: [i64; 2],
+    /// The part of a cell that is drawn.
+    pub part: DrawnPart,
+    /// The layer of the outline of the aperture, if it is drawn.
+    pub aperture_layer: Option<u16>,
 }
 
 /// A layer of a mask file, with its data type.
@@ -51,14 +60,14 @@ impl MaskPlan {
     pub(crate) fn new(
         file: &Path,
         size: [usize; 2],
-        pitch_um: [f64; 2],
+        (pitch_um, active): ([f64; 2], ActiveArea),
         levels: u16,
         choices: &ExportChoices,
     ) -> Result<Self, Fault> {
         let unit_nm = choices.database_unit_nm;
         let mut pitch = [0; 2];
         for (to, um) in pitch.iter_mut().zip(pitch_um) {
-            *to = in_units(file, um, unit_nm)?;
+            *to = in_units(file, "pitch_um", um, unit_nm)?;
         }
         let [nx, ny] = size;
         let [dx, dy] = pitch;
@@ -80,6 +89,8 @@ impl MaskPlan {
             size,
             pitch,
             corner: widths.map(|width| -(width / 2)),
+            part: DrawnPart::plan(file, pitch, active, choices)?,
+            aperture_layer: choices.aperture_layer,
         };
         plan.check(file)?;
         Ok(plan)
@@ -100,6 +111,26 @@ impl MaskPlan {
             let found = format!("layers up to {last}");
             return Err(choice_fault(file, "gds_layer", found, "at most 32767"));
         }
+        let levels = u32::from(self.first_layer)..=last;
+        if let Some(own) = self.aperture_layer
+            && (levels.contains(&u32::from(own)) || u32::from(own) >= MOST_LAYERS)
+        {
+            let expected = format!(
+                "a layer below 32768 other than those of levels, {} to {last}",
+                self.first_layer
+            );
+            return Err(choice_fault(
+                file,
+                "aperture_layer",
+                own.to_string(),
+                expected,
+            ));
+        }
+        if self.has_own_patterns() && self.levels - 1 > MOST_PATTERNS {
+            let found = format!("shapes of {} levels that are drawn wider", self.levels);
+            let expected = format!("at most {MOST_PATTERNS} of them");
+            return Err(choice_fault(file, "etch_bias_um", found, expected));
+        }
         Ok(())
     }
 
@@ -112,22 +143,51 @@ impl MaskPlan {
         }
     }
 
+    /// Whether each level has a pattern of its own, because patterns that grow lie above each other.
+    fn has_own_patterns(&self) -> bool {
+        self.masks != Masks::Binary && matches!(self.part, DrawnPart::Grown(_))
+    }
+
     /// Number of patterns that are merged into rectangles by themselves: binary masks lie above each other.
     pub(crate) fn patterns(&self) -> u16 {
         match self.masks {
+            Masks::Each | Masks::Dose if self.has_own_patterns() => self.levels - 1,
             Masks::Each | Masks::Dose => 1,
             Masks::Binary => self.layers(),
+        }
+    }
+
+    /// The level that draws nothing.
+    pub(crate) fn empty(&self) -> u16 {
+        match self.masks {
+            Masks::Each | Masks::Dose => 0,
+            Masks::Binary => self.levels - 1,
         }
     }
 
     /// What a cell of a level has in a pattern; 0 where nothing is drawn.
     pub(crate) fn value(&self, pattern: u16, level: u16) -> u16 {
         match self.masks {
+            Masks::Each | Masks::Dose if self.has_own_patterns() => {
+                level * u16::from(level == pattern + 1)
+            }
             Masks::Each | Masks::Dose => level,
             // Mask k = 1, 2, … etches N/2ᵏ steps; a level is that many steps above the lowest.
             Masks::Binary => {
                 let etched = self.levels - 1 - level;
                 (etched >> (self.layers() - 1 - pattern)) & 1
+            }
+        }
+    }
+
+    /// What a part of a cell has in a pattern, by the levels of the cell and of its neighbours on the side of the part:
+    /// along x, along y and across. Gaps between cells are on level 0.
+    pub(crate) fn part_value(&self, levels: [u16; 4], pattern: u16, is_core: bool) -> u16 {
+        match self.part {
+            DrawnPart::Apart(_) => self.value(pattern, self.part.value(levels, is_core)),
+            _ => {
+                let values = levels.map(|level| self.value(pattern, level));
+                self.part.value(values, is_core)
             }
         }
     }
@@ -145,6 +205,10 @@ impl MaskPlan {
     /// The tile [nx, ny] that is drawn once and repeated, of the smallest that repeats. What is the same along an axis is
     /// one rectangle instead.
     pub(crate) fn tile(&self, smallest: [usize; 2]) -> [usize; 2] {
+        // An etch moves edges by what lies on their other side, which a tile alone does not know.
+        if matches!(self.part, DrawnPart::Shrunk(_) | DrawnPart::Grown(_)) {
+            return self.size;
+        }
         let [px, py] = smallest;
         let [nx, ny] = self.size;
         let tile = [if px == 1 { nx } else { px }, if py == 1 { ny } else { py }];
@@ -166,21 +230,27 @@ impl MaskPlan {
         let [dx, dy] = self.pitch;
         [x as i64 * dx, y as i64 * dy]
     }
+
+    /// The position in database units where lines between parts of cells meet, from the corner of the first cell.
+    pub(crate) fn meeting(&self, [x, y]: [usize; 2]) -> [i64; 2] {
+        let [dx, dy] = self.pitch;
+        [self.part.place(x, 0, dx), self.part.place(y, 1, dy)]
+    }
 }
 
-/// A pitch in database units.
+/// A length in database units, which the choice of a name states.
 ///
 /// # Errors
 /// One that is no whole number of them.
-pub(crate) fn in_units(file: &Path, pitch_um: f64, unit_nm: f64) -> Result<i64, Fault> {
-    let units = 1e3 * pitch_um / unit_nm;
+pub(crate) fn in_units(file: &Path, name: &str, um: f64, unit_nm: f64) -> Result<i64, Fault> {
+    let units = 1e3 * um / unit_nm;
     let whole = units.round();
     if whole >= 1.0 && (units - whole).abs() <= ROUNDED && whole < 1e15 {
         return Ok(whole as i64);
     }
-    // Units that would do, and the nearest pitch that does.
+    // Units that would do, and the nearest length that does.
     let fits = |unit: &f64| {
-        let units = 1e3 * pitch_um / unit;
+        let units = 1e3 * um / unit;
         units.round() >= 1.0 && (units - units.round()).abs() <= ROUNDED
     };
     let finer = [0.5, 0.25, 0.2, 0.1, 0.05, 0.025, 0.02, 0.01, 0.001];
@@ -192,8 +262,7 @@ pub(crate) fn in_units(file: &Path, pitch_um: f64, unit_nm: f64) -> Result<i64, 
             expected += &format!(", such as {near} µm");
         }
     }
-    let found = format!("{pitch_um} µm");
-    Err(choice_fault(file, "pitch_um", found, expected))
+    Err(choice_fault(file, name, format!("{um} µm"), expected))
 }
 
 #[cfg(test)]
@@ -201,7 +270,8 @@ mod tests {
     use std::path::Path;
 
     use crate::file::fabrication::export_choices::{ExportChoices, Masks};
-    use crate::file::fabrication::mask_plan::{MaskLayer, MaskPlan};
+    use crate::file::fabrication::masks::mask_plan::{MaskLayer, MaskPlan};
+    use crate::optics::pixels::active_area::ActiveArea;
 
     fn plan(
         size: [usize; 2],
@@ -209,7 +279,8 @@ mod tests {
         levels: u16,
         choices: &ExportChoices,
     ) -> Result<MaskPlan, String> {
-        let plan = MaskPlan::new(Path::new("a.gds"), size, pitch_um, levels, choices);
+        let cells = (pitch_um, ActiveArea::WHOLE);
+        let plan = MaskPlan::new(Path::new("a.gds"), size, cells, levels, choices);
         plan.map_err(|fault| fault.to_string())
     }
 

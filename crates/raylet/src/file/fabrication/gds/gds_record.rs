@@ -98,7 +98,7 @@ pub(crate) fn number(bytes: [u8; 8]) -> f64 {
 
 #[cfg(test)]
 mod tests {
-    use crate::file::fabrication::gds_record::{
+    use crate::file::fabrication::gds::gds_record::{
         kind, longs, number, real, shorts, text, write_record,
     };
 

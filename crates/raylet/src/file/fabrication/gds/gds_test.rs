@@ -10,8 +10,8 @@ use crate::file::arrays::array::BorrowedArray;
 use crate::file::fabrication::export::{ExportSource, export_element};
 use crate::file::fabrication::export_choices::{ExportChoices, Masks, Quantity};
 use crate::file::fabrication::export_report::ExportReport;
-use crate::file::fabrication::gds_reader::{read_masks, read_stream};
-use crate::file::fabrication::gds_record::{kind, longs, real, shorts, text, write_record};
+use crate::file::fabrication::gds::gds_reader::{read_masks, read_stream};
+use crate::file::fabrication::gds::gds_record::{kind, longs, real, shorts, text, write_record};
 
 /// Random levels below a number.
 fn random(size: [usize; 2], levels: u64, seed: u64) -> Array2<f64> {

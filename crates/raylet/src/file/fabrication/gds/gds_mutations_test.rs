@@ -12,7 +12,7 @@ use crate::file::arrays::array::BorrowedArray;
 use crate::file::fabrication::cell_rows::Part;
 use crate::file::fabrication::export::{ExportSource, export_element};
 use crate::file::fabrication::export_choices::{ExportChoices, Masks, Quantity};
-use crate::file::fabrication::gds_reader::read_stream;
+use crate::file::fabrication::gds::gds_reader::read_stream;
 use crate::file::fabrication::npy_rows::npy_rows;
 
 /// Mutations of an ordinary run.
@@ -101,6 +101,8 @@ fn mutated_mask_files_give_cells_or_an_error() {
             masks: [Masks::Each, Masks::Binary, Masks::Dose][numbers.below(3)],
             levels: [None, Some(2), Some(4)][numbers.below(3)],
             size: [None, Some([12, 12])][numbers.below(2)],
+            etch_bias_um: [0.0, 0.0, 0.0, 0.2][numbers.below(4)],
+            aperture_layer: [None, Some(2)][numbers.below(8) / 7],
             ..ExportChoices::default()
         };
         match read_stream(Cursor::new(bytes), Path::new("a.gds"), &choices, 1 << 20) {

@@ -1,10 +1,13 @@
 //! Polygons of a mask file as levels of cells: each must follow the grid.
 
 use crate::file::fabrication::export_choices::Masks;
-use crate::file::fabrication::gds_elements::Shape;
+use crate::file::fabrication::gds::gds_elements::Shape;
 
 /// Cells may be painted so many times on each mask before a file is refused.
 const MOST_PAINTS: u64 = 4;
+
+/// The same where cells are drawn in parts.
+const MOST_PARTS: u64 = 16;
 
 /// What is small enough to be done in any case.
 const FREE: u64 = 10_000_000;
@@ -18,11 +21,16 @@ pub(crate) struct Meaning {
     pub first_layer: u16,
     /// Number of levels, if it is known.
     pub levels: Option<u16>,
+    /// The layer of the outline of an aperture, which stands for no level.
+    pub aperture_layer: Option<u16>,
 }
 
 impl Meaning {
     /// What a layer and data type stand for: a level, or the number of a binary mask from 1; nothing where no level is.
     pub(crate) fn of(&self, shape: &Shape) -> Option<u16> {
+        if self.aperture_layer == Some(shape.layer) {
+            return None;
+        }
         let above = || shape.layer.checked_sub(self.first_layer)?.checked_add(1);
         let found = match self.masks {
             Masks::Each => above()?,
@@ -56,6 +64,8 @@ pub(crate) struct Painting {
     pub levels: u16,
     /// Width of a cell in database units.
     pub pitch: [i64; 2],
+    /// How far a corner may lie from that of a cell along x and y.
+    pub margins: [i64; 2],
     /// The corner of the smallest x and y.
     pub corner: [i64; 2],
     /// Number of cells [nx, ny].
@@ -77,7 +87,12 @@ impl Painting {
             Masks::Binary => u64::from(self.levels.ilog2()),
             Masks::Each | Masks::Dose => 1,
         };
-        let paints = (self.cells.len() as u64).saturating_mul(masks * MOST_PAINTS);
+        let each = if self.margins == [0; 2] {
+            MOST_PAINTS
+        } else {
+            MOST_PARTS
+        };
+        let paints = (self.cells.len() as u64).saturating_mul(masks * each);
         let most = paints.saturating_add(FREE);
         match self.work <= most {
             true => Ok(()),
@@ -85,7 +100,7 @@ impl Painting {
         }
     }
 
-    /// Paints a polygon that is shifted by an offset.
+    /// Paints a polygon that is shifted by an offset. Parts of cells between their nearest corners vanish.
     ///
     /// # Errors
     /// A corner off the grid or outside of it, a slanted side, or two levels in one cell, in words.
@@ -130,11 +145,16 @@ impl Painting {
         let [x, y] = corner.map(i64::from);
         let [x, y] = [x + offset[0], y + offset[1]];
         let mut at = [0; 2];
-        let ways = [x, y].into_iter().zip(self.corner).zip(self.pitch);
-        for ((to, count), ((place, first), pitch)) in at.iter_mut().zip([nx, ny]).zip(ways) {
-            let way = place - first;
-            let cell = usize::try_from(way / pitch).ok();
-            let inside = cell.filter(|cell| way >= 0 && way % pitch == 0 && *cell <= count);
+        let axes = self.pitch.into_iter().zip(self.margins);
+        let ways = [x, y].into_iter().zip(self.corner).zip(axes);
+        for ((to, count), ((place, first), (pitch, margin))) in
+            at.iter_mut().zip([nx, ny]).zip(ways)
+        {
+            // The nearest corner of a cell, which is the same where shapes are narrower or wider than cells.
+            let way = place - first + pitch / 2;
+            let (nearest, off) = (way.div_euclid(pitch), way.rem_euclid(pitch) - pitch / 2);
+            let cell = usize::try_from(nearest).ok();
+            let inside = cell.filter(|cell| off.abs() <= margin && *cell <= count);
             *to = inside.ok_or_else(|| {
                 format!("a corner at ({x}, {y}) database units, off the grid of the cells")
             })?;

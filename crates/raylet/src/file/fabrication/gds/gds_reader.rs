@@ -12,10 +12,14 @@ use crate::file::arrays::memory::MachineMemory;
 use crate::file::arrays::regular_file;
 use crate::file::decode::fault::Fault;
 use crate::file::fabrication::export_choices::{ExportChoices, choice_fault, needed};
-use crate::file::fabrication::gds_elements::{Element, Records, Reference, Shape, real, trimmed};
-use crate::file::fabrication::gds_painting::{Meaning, Painting};
-use crate::file::fabrication::gds_record::kind;
-use crate::file::fabrication::mask_plan::in_units;
+use crate::file::fabrication::gds::gds_elements::{
+    Element, Records, Reference, Shape, real, trimmed,
+};
+use crate::file::fabrication::gds::gds_painting::{Meaning, Painting};
+use crate::file::fabrication::gds::gds_record::kind;
+use crate::file::fabrication::masks::drawn_part::DrawnPart;
+use crate::file::fabrication::masks::mask_plan::in_units;
+use crate::optics::pixels::active_area::{ActiveArea, Rest};
 
 /// Deepest references to structures that refer to others.
 const DEEPEST: usize = 32;
@@ -94,12 +98,13 @@ pub(crate) fn read_stream(
         masks: choices.masks,
         first_layer: choices.gds_layer,
         levels: choices.levels.map(|levels| levels as u16),
+        aperture_layer: choices.aperture_layer,
     };
     let mut records = Records::new(input);
     let library = Library::read(&mut records, &meaning).map_err(broken)?;
     let top = library.top().map_err(broken)?;
 
-    let grid = library.grid(path, top, (pitch_um, choices.size))?;
+    let grid = library.grid(path, top, (pitch_um, choices))?;
     let [nx, ny] = grid.size;
     let count = (nx as u64).saturating_mul(ny as u64);
     if count.saturating_mul(2) > limit {
@@ -111,6 +116,7 @@ pub(crate) fn read_stream(
         meaning,
         levels: meaning.count(library.largest),
         pitch: grid.pitch,
+        margins: grid.margins,
         corner: grid.corner,
         size: grid.size,
         cells: vec![0; count as usize],
@@ -138,6 +144,8 @@ struct Grid {
     size: [usize; 2],
     pitch: [i64; 2],
     corner: [i64; 2],
+    /// How far drawn edges may lie from those of cells.
+    margins: [i64; 2],
 }
 
 /// The corner of cells that are centred, as they are written.
@@ -159,19 +167,32 @@ impl Library {
         &self,
         path: &Path,
         top: usize,
-        (pitch_um, size): ([f64; 2], Option<[usize; 2]>),
+        (pitch_um, choices): ([f64; 2], &ExportChoices),
     ) -> Result<Grid, Fault> {
         let mut pitch = [0; 2];
         for (to, um) in pitch.iter_mut().zip(pitch_um) {
-            *to = in_units(path, um, self.unit_nm)?;
+            *to = in_units(path, "pitch_um", um, self.unit_nm)?;
         }
+        let active = ActiveArea::of_fill(choices.fill.unwrap_or(1.0), Rest::Flat);
+        let active = active.unwrap_or(ActiveArea::WHOLE);
+        let choices = ExportChoices {
+            database_unit_nm: self.unit_nm,
+            ..choices.clone()
+        };
+        let margins = DrawnPart::plan(path, pitch, active, &choices)?.margins();
+        let size = choices.size;
         if let Some(size) = size {
             let corner = centred(size, pitch);
             return Ok(Grid {
                 size,
                 pitch,
                 corner,
+                margins,
             });
+        }
+        if margins != [0; 2] {
+            let purpose = "shapes that are narrower or wider than cells (--size)";
+            needed(path, "size", size, purpose)?;
         }
         let bounds = self.bounds(top, 0).map_err(|found| broken(path, found))?;
         let Some([x0, y0, x1, y1]) = bounds else {
@@ -182,6 +203,7 @@ impl Library {
             size: [(x1 - x0) / pitch[0], (y1 - y0) / pitch[1]].map(|n| n.max(1) as usize),
             pitch,
             corner: [x0, y0],
+            margins,
         })
     }
 

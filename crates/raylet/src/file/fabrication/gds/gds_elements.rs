@@ -2,7 +2,7 @@
 
 use std::io::{self, Read, Seek, SeekFrom};
 
-use crate::file::fabrication::gds_record::{kind, number};
+use crate::file::fabrication::gds::gds_record::{kind, number};
 
 /// Reads records.
 pub(crate) struct Records<R> {
