@@ -1,6 +1,6 @@
-"""Files for foundries, read by other programs: masks by gdstk and KLayout, reliefs by trimesh.
+"""Files for foundries, read by other programs: masks by gdstk, KLayout and ezdxf, reliefs by trimesh.
 
-    python -m venv /tmp/peers && /tmp/peers/bin/pip install numpy gdstk klayout trimesh
+    python -m venv /tmp/peers && /tmp/peers/bin/pip install numpy gdstk klayout ezdxf trimesh
     cargo build --release -p raylet-cli
     /tmp/peers/bin/python benches/peers/masks.py
 
@@ -18,6 +18,7 @@ import tempfile
 import time
 from pathlib import Path
 
+import ezdxf
 import gdstk
 import klayout.db as kdb
 import numpy as np
@@ -47,7 +48,8 @@ def export(*arguments: object) -> None:
 
 def by_gdstk(path: Path) -> tuple[dict[tuple[int, int], tuple[int, float]], object]:
     """Polygons and area in µm² of each layer, and the bounding box, of the whole element."""
-    top = gdstk.read_gds(path, unit=1e-6).top_level()[0]
+    read = gdstk.read_oas if path.suffix == ".oas" else gdstk.read_gds
+    top = read(path, unit=1e-6).top_level()[0]
     found: dict[tuple[int, int], tuple[int, float]] = {}
     for polygon in top.get_polygons():
         count, area = found.get((polygon.layer, polygon.datatype), (0, 0.0))
@@ -69,28 +71,60 @@ def by_klayout(path: Path) -> tuple[dict[tuple[int, int], tuple[int, float]], ob
     return found, ((box.left, box.bottom), (box.right, box.top))
 
 
+def by_ezdxf(path: Path) -> dict[str, tuple[int, float]]:
+    """The same of a DXF file by ezdxf, by the names of its layers."""
+    drawing = ezdxf.readfile(path).modelspace()
+    found: dict[str, tuple[int, float]] = {}
+    for entity in drawing:
+        parts = (
+            [inner for one in entity.multi_insert() for inner in one.virtual_entities()]
+            if hasattr(entity, "multi_insert")
+            else [entity]
+        )
+        for part in parts:
+            corners = np.array([tuple(corner)[:2] for corner in part.vertices()])
+            x, y = corners.T
+            count, area = found.get(part.dxf.layer, (0, 0.0))
+            size = 0.5 * abs(np.dot(x, np.roll(y, -1)) - np.dot(y, np.roll(x, -1)))
+            found[part.dxf.layer] = count + 1, area + size
+    return found
+
+
 def masks(folder: Path) -> None:
-    """Small patterns of all kinds, read by both programs."""
+    """Small patterns of all kinds in three formats, read by three programs."""
     rng = np.random.default_rng(1)
     tile = rng.integers(0, 4, (6, 10))
     for name, levels in {"random": rng.integers(0, 4, (300, 400)), "repeated": np.tile(tile, (50, 40))}.items():
         np.save(folder / f"{name}.npy", levels)
         pitch, cell = "0.5,0.75", 0.5 * 0.75
         for kind in ("each", "binary", "dose"):
-            path = folder / f"{name}_{kind}.gds"
             wanted = {
                 "each": {(level, 0): np.sum(levels == level) for level in (1, 2, 3)},
                 "binary": {(mask, 0): np.sum(((3 - levels) >> (2 - mask)) & 1) for mask in (1, 2)},
                 "dose": {(1, level): np.sum(levels == level) for level in (1, 2, 3)},
             }[kind]
             source = folder / f"{name}.npy"
-            export(source, "-o", path, "--quantity", "level", "--levels", 4, "--pitch-um", pitch, "--masks", kind)
-            for reader, (found, box) in {"gdstk": by_gdstk(path), "klayout": by_klayout(path)}.items():
-                for layer, cells in sorted(wanted.items()):
-                    count, area = found[layer]
-                    assert abs(area - cells * cell) < 1e-6 * cells * cell, (reader, layer, area, cells * cell)
-                    print(f"    {reader:8} layer {layer}: {count} polygons, {area:.3f} µm² of {cells * cell:.3f}")
-                print(f"    {reader:8} from {box[0]} to {box[1]} µm")
+            options = ["--quantity", "level", "--levels", 4, "--pitch-um", pitch, "--masks", kind]
+            counts = set()
+            for ending in ("gds", "oas"):
+                path = folder / f"{name}_{kind}.{ending}"
+                export(source, "-o", path, *options)
+                for reader, (found, box) in {"gdstk": by_gdstk(path), "klayout": by_klayout(path)}.items():
+                    for layer, cells in sorted(wanted.items()):
+                        count, area = found[layer]
+                        assert abs(area - cells * cell) < 1e-6 * cells * cell, (reader, layer, area, cells * cell)
+                        print(f"    {reader:8} layer {layer}: {count} polygons, {area:.3f} µm² of {cells * cell:.3f}")
+                    print(f"    {reader:8} from {box[0]} to {box[1]} µm")
+                    counts.add(tuple(sorted((layer, count) for layer, (count, _) in found.items())))
+            path = folder / f"{name}_{kind}.dxf"
+            export(source, "-o", path, *options)
+            drawn = by_ezdxf(path)
+            for layer, cells in sorted(wanted.items()):
+                count, area = drawn[str(layer[1] or layer[0])]
+                assert abs(area - cells * cell) < 1e-6 * cells * cell, (layer, area, cells * cell)
+                print(f"    ezdxf    layer {layer}: {count} polygons, {area:.3f} µm² of {cells * cell:.3f}")
+            counts.add(tuple((layer, drawn[str(layer[1] or layer[0])][0]) for layer in sorted(wanted)))
+            assert len(counts) == 1, counts
 
 
 def joined(folder: Path) -> None:
@@ -127,6 +161,42 @@ def relief(folder: Path) -> None:
         print(f"    volume {mesh.volume:.1f} µm³; sum of heights × area {expected:.1f} µm³")
 
 
+def outlines(folder: Path) -> None:
+    """The aperture of a scene on its own layer, and a biased etch, read by all programs."""
+    levels = np.random.default_rng(5).integers(0, 4, (200, 200))
+    np.save(folder / "phase.npy", levels * (np.pi / 2))
+    scene = folder / "scene.toml"
+    scene.write_text(
+        "version = 1\nwavelength_um = 0.5\n[source]\nkind = 'plane'\n[[element]]\nkind = 'doe'\nname = 'plate'\n"
+        "thickness_mm = 5\naperture = { annulus = { inner_radius_mm = 0.02, outer_radius_mm = 0.1 } }\n"
+        "[[element.layer]]\nkind = 'pixels'\npitch_um = 1\nphase = 'phase.npy'\n"
+        "[[element]]\nkind = 'sensor'\npixels = [4, 4]\npitch_um = 5\n"
+    )
+    place = np.arange(200) - 99.5
+    radius = np.hypot(place, place[:, None])
+    inside = (radius <= 100.0) & (radius >= 20.0)
+    options = ["--aperture-layer", 9, "--etch-bias-um", 0.1]
+    for ending in ("gds", "oas", "dxf"):
+        path = folder / f"outline.{ending}"
+        export(scene, "-o", path, *options)
+        if ending == "dxf":
+            drawing = ezdxf.readfile(path).modelspace()
+            rings = [line for line in drawing if line.dxf.layer.startswith("APERTURE")]
+            print("    ezdxf   ", [(line.dxf.layer, line.is_closed, len(line)) for line in rings])
+            continue
+        for reader, (found, _) in {"gdstk": by_gdstk(path), "klayout": by_klayout(path)}.items():
+            for key, exact in {(9, 0): np.pi * 100**2, (9, 1): np.pi * 20**2}.items():
+                print(f"    {reader:8} layer {key}: {found[key][0]} polygons, {found[key][1] / exact - 1:.1e} off π r²")
+            # A cell alone is 0.8 x 0.8 µm; where two cells touch, the strip between them is drawn too.
+            for level in (1, 2, 3):
+                drawn = np.pad((levels == level) & inside, 1)
+                x, y = drawn[:, 1:] & drawn[:, :-1], drawn[1:] & drawn[:-1]
+                corners = x[1:] & x[:-1]
+                area = 0.64 * drawn.sum() + 0.16 * (x.sum() + y.sum()) + 0.04 * corners.sum()
+                assert abs(found[level, 0][1] - area) < 1e-6 * area, (reader, level, found[level, 0][1], area)
+                print(f"    {reader:8} level {level}: {found[level, 0][1]:.3f} µm² of {area:.3f}")
+
+
 def large(folder: Path) -> None:
     """Ten million random cells of four levels."""
     np.save(folder / "large.npy", np.random.default_rng(3).integers(0, 4, (3200, 3200)) * (np.pi / 2))
@@ -134,16 +204,24 @@ def large(folder: Path) -> None:
         path = folder / f"large_{kind}.gds"
         export(folder / "large.npy", "-o", path, "--pitch-um", 0.5, "--masks", kind)
         print(f"    {path.stat().st_size * 1e-6:.0f} MB")
-    start = time.perf_counter()
-    layout = kdb.Layout()
-    layout.read(str(folder / "large_each.gds"))
-    shapes = sum(layout.top_cell().shapes(layer).size() for layer in layout.layer_indexes())
-    used = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss * 1e-3
-    print(f"    KLayout reads {shapes} shapes in {time.perf_counter() - start:.1f} s, {used:.0f} MB")
+    for ending in ("oas", "dxf"):
+        path = folder / f"large_each.{ending}"
+        export(folder / "large.npy", "-o", path, "--pitch-um", 0.5)
+        print(f"    {path.stat().st_size * 1e-6:.0f} MB")
+    for ending in ("gds", "oas"):
+        start = time.perf_counter()
+        layout = kdb.Layout()
+        layout.read(str(folder / f"large_each.{ending}"))
+        areas = []
+        for layer in layout.layer_indexes():
+            shapes = layout.top_cell().shapes(layer)
+            areas.append((shapes.size(), sum(shape.area() for shape in shapes.each()) * layout.dbu**2))
+        used = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss * 1e-3
+        print(f"    KLayout reads .{ending} in {time.perf_counter() - start:.1f} s, {used:.0f} MB: {sorted(areas)}")
 
 
 if __name__ == "__main__":
     with tempfile.TemporaryDirectory() as name:
-        for part in (masks, joined, relief, large):
+        for part in (masks, outlines, joined, relief, large):
             print(part.__doc__)
             part(Path(name))
