@@ -11,7 +11,7 @@ import tempfile
 from pathlib import Path
 from typing import Any
 
-from fuzz.case import Case, random_case
+from fuzz.case import VERBS, Case, random_case
 from fuzz.tally import Tally
 from fuzz.trial import Outcome, attempt
 
@@ -22,6 +22,7 @@ def arguments() -> argparse.Namespace:
     parser = argparse.ArgumentParser(prog="python3 -m fuzz", description=__doc__)
     parser.add_argument("--binary", type=Path, default=Path("target/release/raylet"), help="the program")
     parser.add_argument("--cases", type=int, default=2000, help="number of random cases (2000)")
+    parser.add_argument("--verb", choices=sorted(VERBS), default="", help="random cases of this verb alone")
     parser.add_argument("--seed", type=int, default=1, help="seed of the random cases (1)")
     parser.add_argument("--from", type=int, default=0, dest="first", metavar="N", help="first random case (0)")
     parser.add_argument("--jobs", type=int, default=1, help="cases at a time (1)")
@@ -37,11 +38,21 @@ def corpus(folder: Path) -> list[Case]:
     return [Case.load(path.parent, shared) for path in sorted(folder.glob("*/case.json"))]
 
 
+def begin(options: argparse.Namespace) -> list[Case]:
+    """The cases before the random ones."""
+    return corpus(options.corpus) if options.first == 0 and not options.verb else []
+
+
+def drawn(options: argparse.Namespace, number: int) -> Case:
+    """The random case of a number."""
+    return random_case(options.seed, number, options.verb)
+
+
 def work(options: argparse.Namespace, queue: Any, counter: Any, stop: Any, scratch: Path) -> None:
     """One worker: takes the next case until there is none. The main process handles Ctrl-C and requests to end."""
     for request in (signal.SIGINT, signal.SIGTERM):
         signal.signal(request, signal.SIG_IGN)
-    kept = corpus(options.corpus) if options.first == 0 else []
+    kept = begin(options)
     while not stop.is_set():
         with counter.get_lock():
             number = counter.value
@@ -49,7 +60,7 @@ def work(options: argparse.Namespace, queue: Any, counter: Any, stop: Any, scrat
         if number >= len(kept) + options.cases:
             break
         try:
-            case = kept[number] if number < len(kept) else random_case(options.seed, options.first + number - len(kept))
+            case = kept[number] if number < len(kept) else drawn(options, options.first + number - len(kept))
             queue.put(attempt(case, options.binary, scratch, options.failed))
         except Exception as error:
             name = f"random-{options.first + number - len(kept)}"
@@ -61,7 +72,7 @@ def campaign(options: argparse.Namespace, scratch: Path) -> Tally:
     """Runs all cases with some workers; after Ctrl-C only those that have begun are finished."""
     queue: Any = multiprocessing.Queue()
     counter, stop = multiprocessing.Value("q", 0), multiprocessing.Event()
-    tally = Tally(options.cases + (len(corpus(options.corpus)) if options.first == 0 else 0))
+    tally = Tally(options.cases + len(begin(options)))
     workers = [
         multiprocessing.Process(target=work, args=(options, queue, counter, stop, scratch / str(i)))
         for i in range(options.jobs)
@@ -85,7 +96,7 @@ def campaign(options: argparse.Namespace, scratch: Path) -> Tally:
 def only(options: argparse.Namespace) -> int:
     """One case, whose folder is kept."""
     known = {case.name: case for case in corpus(options.corpus)}
-    case = known.get(options.only) or random_case(options.seed, int(options.only))
+    case = known.get(options.only) or drawn(options, int(options.only))
     folder = options.failed / f"only-{case.name}"
     shutil.rmtree(folder, ignore_errors=True)
     outcome = attempt(case, options.binary, folder, None)

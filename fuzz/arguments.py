@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from fuzz import exchange
 from fuzz.draft import Draft
 
 #: Where results may go: new places, and places where something is already, which must stay as it is.
@@ -51,8 +52,12 @@ ANY += [
 ]
 
 
-def command(draft: Draft, verb: str) -> list[list[str]]:
-    """One command of this verb, or two where the second goes on from the first."""
+def command(draft: Draft, verb: str, names: list[str]) -> list[list[str]]:
+    """One command of this verb, or two where the second goes on from the first; about one of these files where it is
+    not about the scene."""
+    if verb in ("import", "export", "convert"):
+        line = exchange.command(draft, verb, names)
+        return [line, line] if draft.chance(0.1) else [line]
     if verb == "junk":
         return [junk(draft)]
     if verb == "compare":

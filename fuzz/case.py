@@ -8,7 +8,7 @@ import re
 from dataclasses import dataclass, field
 from pathlib import Path
 
-from fuzz import arrays, toml
+from fuzz import arrays, exchange, toml
 from fuzz.arguments import command
 from fuzz.draft import Draft
 from fuzz.mutations import garble, mutate, spoil
@@ -32,7 +32,13 @@ VERBS = {
     "gradcheck": 2.5,
     "compare": 10,
     "junk": 3,
+    "import": 4,
+    "export": 6,
+    "convert": 3,
 }
+
+#: Verbs about files of other programs.
+EXCHANGE = ("import", "export", "convert")
 
 #: What is done to a case: nothing, or the tree, the text, the files or the kinds of files are altered.
 HARM = {"none": 52, "tree": 30, "text": 7, "array": 7, "special": 4}
@@ -92,10 +98,10 @@ class Case:
         return float(found[1]) if found else 4096.0
 
 
-def random_case(seed: int, number: int) -> Case:
-    """The case of this number; nothing else decides it."""
+def random_case(seed: int, number: int, only: str = "") -> Case:
+    """The case of this number, of one verb if that is named; nothing else decides it."""
     draft = Draft(seed, number)
-    verb = draft.weighted(VERBS)
+    verb = only or draft.weighted(VERBS)
     tree = scene(draft, verb)
     harm = draft.weighted(HARM)
     if harm == "tree":
@@ -110,10 +116,20 @@ def random_case(seed: int, number: int) -> Case:
     case.files["scene.toml"] = text
     if verb == "compare":
         case.files |= fields(draft, harm)
+    if verb in EXCHANGE:
+        case.files |= exchange.files(draft, verb, harm)
     if harm == "special":
         make_special(draft, case)
-    case.commands = command(draft, verb)
+    case.commands = command(draft, verb, sources(case, verb))
     return case
+
+
+def sources(case: Case, verb: str) -> list[str]:
+    """The files that a verb about files of other programs is mostly about: an export also of a scene."""
+    own = {"import": ("lens",), "export": ("masks.gds", "cells.npy", "scene.toml"), "convert": ("beam", "field.npz")}
+    names = sorted({**case.files, **case.special})
+    found = [name for name in names if verb in own and name.startswith(own[verb])]
+    return found * 4 + names
 
 
 def make_special(draft: Draft, case: Case) -> None:

@@ -15,7 +15,7 @@ from array import array
 from collections.abc import Iterator
 from pathlib import Path, PurePosixPath
 
-from fuzz.case import DECOYS, Case
+from fuzz.case import DECOYS, EXCHANGE, Case
 from fuzz.process import WALL_LIMIT, Run
 
 #: What a command may end with: done, or refused.
@@ -85,7 +85,7 @@ def target(line: list[str]) -> str:
     """Where a command writes, by its option or by default; nothing where it writes nothing."""
     verb = line[0] if line else ""
     for option, after in zip(line, [*line[1:], ""]):
-        if option == "--out":
+        if option in ("--out", "-o"):
             return after
         if option.startswith("--out="):
             return option.removeprefix("--out=")
@@ -115,13 +115,19 @@ def may_touch(case: Case, line: list[str], run: Run, name: str, what: str) -> bo
     folder = verb == "design" and (name == out or leads)
     if verb in ("hologram", "design") and not folder and (stated or own == PurePosixPath(out).name):
         return run.code == 0 and (overwrite or not lent) and (not name.startswith("../") or "--allow-outside" in line)
+    if verb in EXCHANGE:
+        # A file, its record, and the scale beside a picture.
+        written = own in (PurePosixPath(out).name, PurePosixPath(out).name + ".toml")
+        beside = os.path.dirname(name) == os.path.dirname(out)
+        return (leads or written and beside and run.code == 0) and (overwrite or not lent)
     beneath = bool(out) and (name + "/").startswith(out + "/") or out == "."
     return (beneath or leads) and not lent and (run.code == 0 or verb == "design" or what == "made" and leads)
 
 
 def infinite(case: Case, line: list[str], out: str, folder: Path, before: Look) -> Iterator[str]:
     """Numbers that are not finite, in what was said or written. Words of the scene itself are no numbers."""
-    words = case.files.get("scene.toml", b"").decode(errors="replace") + " ".join(line)
+    texts = [content for name, content in case.files.items() if name == "scene.toml" or name.startswith("lens")]
+    words = b" ".join(texts).decode(errors="replace") + " ".join(line)
     own = NOT_FINITE.search(words)
     if found := NOT_FINITE.search(out):
         if not own and "--help" not in line:
