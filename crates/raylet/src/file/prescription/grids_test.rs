@@ -232,9 +232,6 @@ fn scenes_take_grids_of_zemax_as_arrays() {
 fn exported_grids_come_back() {
     let room = tempfile::tempdir().unwrap();
     let values = Array2::from_shape_fn((5, 6), |(y, x)| ((3 * x + 5 * y) % 8) as f64 / 7.0);
-    let surface =
-        "layer = []\nshape = { kind = 'grid', pitch_um = [50, 75], height_um = 'a.dat' }\n";
-    let layer = "[[element.layer]]\nkind = 'phase_grid'\npitch_um = [50, 75]\nphase = 'a.dat'\n";
     for (quantity, text, field) in [
         (Quantity::Phase, SCENE.to_owned(), "layer[0].phase"),
         (
