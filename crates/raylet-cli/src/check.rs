@@ -4,13 +4,11 @@ use std::fmt::Write;
 use std::path::PathBuf;
 
 use clap::Args;
-use raylet::engine::chain::forecast::{Forecast, expected_error, forecast_with_progress};
+use raylet::engine::chain::forecast::{Forecast, RunForecast, expected_error, forecast_run};
 use raylet::engine::chain::simulate_error::SimulateError;
 use raylet::engine::error::advice::advice;
 use raylet::engine::plan::hop_method::HopMethod;
 use raylet::engine::plan::settings::Settings;
-use raylet::engine::rims::pixel_light::PixelValues;
-use raylet::engine::rims::rim_screens::with_rims;
 use raylet::file::model::build;
 use raylet::file::model::error_location::simulate_fault;
 use raylet::file::model::phase_units::phase_units;
@@ -207,10 +205,10 @@ fn plan(
         "looking for rims that cut light, λ = {wavelength} µm"
     ));
     // As it will be run: rims that become screens have hops of their own.
-    let rimmed = with_rims(system, settings, PixelValues::Fixed);
-    let (given, system) = (system, &rimmed.system);
-    let hops = planned(system, settings, wait)
+    let given = system;
+    let RunForecast { rimmed, hops } = planned(given, settings, wait)
         .map_err(|error| simulate_fault(scene, given, settings, &error))?;
+    let system = &rimmed.system;
     let methods: Vec<HopMethod> = hops.iter().map(|hop| hop.method.clone()).collect();
     wait.note(format!("following rays for warnings, λ = {wavelength} µm"));
     let findings = advice(given, &rimmed, &methods, settings);
@@ -260,10 +258,9 @@ fn planned(
     system: &System,
     settings: &Settings,
     wait: &Wait,
-) -> Result<Vec<Forecast>, SimulateError> {
-    let count = system.trains.len();
+) -> Result<RunForecast, SimulateError> {
     let wavelength = micrometres(system.wavelength);
-    forecast_with_progress(system, settings, |number, hop: &Hop| {
+    forecast_run(system, settings, |[number, count], hop: &Hop| {
         wait.note(format!(
             "planning hop {} of {count} to '{}', λ = {wavelength} µm",
             number + 1,

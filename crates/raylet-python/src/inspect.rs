@@ -6,11 +6,9 @@ use ndarray::Array2;
 use num_complex::Complex64;
 use numpy::Ix2;
 use pyo3::prelude::*;
-use raylet::engine::chain::forecast::forecast_with_progress;
+use raylet::engine::chain::forecast::{RunForecast, forecast_run};
 use raylet::engine::error::advice::advice;
 use raylet::engine::plan::hop_method::HopMethod;
-use raylet::engine::rims::pixel_light::PixelValues;
-use raylet::engine::rims::rim_screens::with_rims;
 use raylet::file::decode::fault::{Fault, shortened};
 use raylet::file::model::build;
 use raylet::file::model::error_location::simulate_fault;
@@ -222,10 +220,10 @@ pub(crate) fn check(
         let settings = build::settings(&file);
         // As it will be run: rims that become screens have hops of their own.
         let given = system;
-        let rimmed = with_rims(&given, &settings, PixelValues::Fixed);
+        let planned = forecast_run(&given, &settings, |_, _| watch.pulse());
+        let RunForecast { rimmed, hops } =
+            planned.map_err(|failure| simulate_fault(&file, &given, &settings, &failure))?;
         let system = &rimmed.system;
-        let hops = forecast_with_progress(system, &settings, |_, _| watch.pulse());
-        let hops = hops.map_err(|failure| simulate_fault(&file, &given, &settings, &failure))?;
         let methods: Vec<HopMethod> = hops.into_iter().map(|hop| hop.method).collect();
         let findings = advice(&given, &rimmed, &methods, &settings).into_iter();
         let between = |hop: usize| {

@@ -1,7 +1,9 @@
 //! One attempt to propagate the light of a system: its rims, the method that propagates the light, and the run.
 
-use crate::engine::chain::forecast::{Chosen, Grids, StaysFree, choose, whole_field_forecast};
-use crate::engine::chain::local_band_run::run_local_bands;
+use crate::engine::chain::forecast::{
+    Chosen, Grids, StaysFree, choose, whole_field_forecast, with_wide_rims,
+};
+use crate::engine::chain::local_band_run::{local_band_settings, run_local_bands};
 use crate::engine::chain::outcome::{Listener, Outcome, Progress};
 use crate::engine::chain::simulate_error::SimulateError;
 use crate::engine::chain::whole_field_run::run_whole_fields;
@@ -43,9 +45,20 @@ impl Attempt {
             })
         };
         let chosen = choose(&rimmed.system, settings, planning)?;
+        let (rimmed, chosen) = with_wide_rims(system, settings, (rimmed, chosen));
         Ok(Self {
             rimmed,
             chosen,
+            settings: settings.clone(),
+        })
+    }
+
+    /// Plans local bands whose large rims cut single beamlets: these take less memory.
+    fn with_rims_by_ray(system: &System, settings: &Settings) -> Result<Self, SimulateError> {
+        let rimmed = with_rims(system, settings, PixelValues::Fixed);
+        Ok(Self {
+            chosen: Chosen::LocalBands(local_band_settings(&rimmed.system, settings)?),
+            rimmed,
             settings: settings.clone(),
         })
     }
@@ -82,6 +95,9 @@ impl Attempt {
             Err(SimulateError::LocalBands(error)) if error.is_too_large() => error,
             Err(error) => return Err(error),
         };
+        if rimmed.is_of_any_size() {
+            return Self::with_rims_by_ray(system, &settings)?.run(system, progress);
+        }
         if settings.method != Method::Auto {
             return Err(SimulateError::LocalBands(too_large));
         }

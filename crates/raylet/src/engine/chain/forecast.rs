@@ -17,7 +17,8 @@ use crate::engine::plan::hop_plan::{Plan, plan as plan_hop};
 use crate::engine::plan::settings::{Method, Settings};
 use crate::engine::plan::work::Work;
 use crate::engine::progress::{Cancelled, Reply};
-use crate::engine::rims::rim_screens::{Rimmed, cut_by_ray};
+use crate::engine::rims::pixel_light::PixelValues;
+use crate::engine::rims::rim_screens::{Rimmed, cut_by_ray, with_rims};
 use crate::optics::screen::{Screen, ScreenKind};
 use crate::optics::system::{Hop, System};
 use crate::wave::beamlet::wavelet::Arrival;
@@ -150,6 +151,24 @@ pub(crate) fn choose_with<R: Reply>(
     }
 }
 
+/// The rims and the method of a run: where local bands carry the light, rims that cut a noticeable part of it are screens at any
+/// size.
+pub(crate) fn with_wide_rims(
+    given: &System,
+    settings: &Settings,
+    (rimmed, chosen): (Rimmed, Chosen),
+) -> (Rimmed, Chosen) {
+    let wide = match &chosen {
+        Chosen::LocalBands(_) => rimmed.of_any_size(given),
+        Chosen::WholeFields(_) => None,
+    };
+    let planned = wide.and_then(|wide| {
+        let bands = local_band_settings(&wide.system, settings).ok()?;
+        Some((wide, Chosen::LocalBands(bands)))
+    });
+    planned.unwrap_or((rimmed, chosen))
+}
+
 /// Local bands where they promise the target error in little time, behind one wide screen and through a lens of many
 /// aspheres: the plan of whole fields alone takes as long there. Through ten aspheric surfaces it takes a second, the local
 /// bands themselves 0.8 s. Through a few spheres it takes 0.05 s.
@@ -238,7 +257,41 @@ pub fn forecast_with_progress<R: Reply>(
     settings: &Settings,
     progress: impl FnMut(usize, &Hop) -> R,
 ) -> Result<Vec<Forecast>, SimulateError> {
-    match choose(system, &settings.for_planning(), progress)? {
+    hops_of(system, choose(system, &settings.for_planning(), progress)?)
+}
+
+/// A run as it would be.
+#[derive(Clone, Debug)]
+pub struct RunForecast {
+    /// The system with its rims, as it would be run.
+    pub rimmed: Rimmed,
+    /// Its hops.
+    pub hops: Vec<Forecast>,
+}
+
+/// A whole run of a system as it is given, rims included; `progress` is called with the number of every hop, the count of hops
+/// and the hop before it is planned.
+///
+/// # Errors
+/// As [`forecast_with_progress`].
+pub fn forecast_run<R: Reply>(
+    given: &System,
+    settings: &Settings,
+    mut progress: impl FnMut([usize; 2], &Hop) -> R,
+) -> Result<RunForecast, SimulateError> {
+    let rimmed = with_rims(given, settings, PixelValues::Fixed);
+    let settings = &settings.for_planning();
+    let count = rimmed.system.trains.len();
+    let planning = |number: usize, hop: &Hop| progress([number, count], hop);
+    let chosen = choose(&rimmed.system, settings, planning)?;
+    let (rimmed, chosen) = with_wide_rims(given, settings, (rimmed, chosen));
+    let hops = hops_of(&rimmed.system, chosen)?;
+    Ok(RunForecast { rimmed, hops })
+}
+
+/// Every hop of a system by the method that was chosen for it.
+fn hops_of(system: &System, chosen: Chosen) -> Result<Vec<Forecast>, SimulateError> {
+    match chosen {
         Chosen::WholeFields(hops) => {
             let hops = hops.into_iter().map(|(plan, grids)| Forecast {
                 work: whole_field_work(&plan, &grids),

@@ -15,12 +15,13 @@ use crate::engine::local_bands::held_light::{ArrivingLight, HeldBeamlets};
 use crate::engine::local_bands::hop_changes::HopChanges;
 use crate::engine::local_bands::hop_statistics::HopStatistics;
 use crate::engine::local_bands::local_band_error::LocalBandError;
+use crate::engine::local_bands::onward_way::OnwardWay;
 use crate::engine::local_bands::settings::{
     LocalBandPlan, LocalBandSettings, SOURCE_STEP, SourceAperture,
 };
 use crate::engine::local_bands::source_aperture::has_dark_rim;
 use crate::engine::local_bands::source_windows::SourceWindows;
-use crate::engine::local_bands::target::TargetRegion;
+use crate::engine::local_bands::target::{MARGIN, TargetRegion};
 use crate::engine::local_bands::tile_plan::TileRun;
 use crate::engine::local_bands::tile_run::{TileBar, TileValues};
 use crate::engine::progress::{Cancelled, Pulse, ShareDone};
@@ -33,9 +34,6 @@ use crate::wave::local_bands::element_samples::Element;
 use crate::wave::local_bands::folded_fourier::fast_length;
 use crate::wave::local_bands::reused_array;
 use crate::wave::local_bands::tiling::{EdgeContact, Tile, Tiling, WindowShape};
-
-/// Distance from an aperture up to which light is summed, in σ of its windows: the sinc sums at its edge need it.
-const MARGIN: f64 = 2.5;
 
 /// Beamlets of a smooth source end at this share of the threshold: each of them counts in full.
 const SOURCE_EDGE: f64 = 0.1;
@@ -168,6 +166,8 @@ pub(crate) struct HopStep<'a> {
     tiling: Tiling,
     /// The target of the light.
     pub target: TargetRegion,
+    /// What stands behind it, where it is a bare aperture.
+    pub onward: Option<OnwardWay<'a>>,
 }
 
 impl<'a> HopStep<'a> {
@@ -228,6 +228,7 @@ impl<'a> HopStep<'a> {
             element,
             shape,
             tiling,
+            onward: OnwardWay::behind(system, settings, number, edge),
             target: TargetRegion::of(hop.to, margin, edge).ok_or_else(|| boundless(hop.to))?,
         })
     }
@@ -355,6 +356,7 @@ impl<'a> HopStep<'a> {
             tiling: &self.tiling,
             shape: self.shape,
             target: &self.target,
+            onward: self.onward.as_ref(),
             settings: self.settings,
         }
     }

@@ -11,6 +11,7 @@
 //! | `source_light` | The light of a source on the first screen |
 //! | `target` | The part of the next screen that beamlets must reach |
 //! | `chirped_beamlet` | One beamlet with the curvature of its carrier, and the aberration inside it |
+//! | `onward_way` | The way of light through bare apertures, to the next element or the sensor |
 //! | `window_directions` | Which directions lead from a window to the target |
 //! | `source_aperture` | Whether the aperture of the first screen cuts light that matters |
 //! | `source_windows` | A smooth source: one beamlet a window |
@@ -36,6 +37,7 @@ pub(crate) mod hop_changes;
 pub mod hop_statistics;
 pub(crate) mod hop_step;
 pub mod local_band_error;
+pub(crate) mod onward_way;
 pub(crate) mod outside_aberration;
 pub mod settings;
 pub(crate) mod source_aperture;

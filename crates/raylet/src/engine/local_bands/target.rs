@@ -4,6 +4,9 @@ use crate::optics::aperture::Aperture;
 use crate::optics::screen::{Screen, ScreenKind};
 use crate::wave::beamlet::wavelet::Arrival;
 
+/// Distance from an aperture up to which light is summed, in σ of its windows: the sinc sums at its edge need it.
+pub(crate) const MARGIN: f64 = 2.5;
+
 /// The part of the receiving screen that matters.
 #[derive(Clone, Debug)]
 pub(crate) struct TargetRegion {

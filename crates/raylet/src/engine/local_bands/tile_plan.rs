@@ -11,9 +11,9 @@ use num_complex::Complex64;
 use crate::engine::local_bands::chirped_beamlet::ChirpedStart;
 use crate::engine::local_bands::held_light::{ArrivingLight, TileLight};
 use crate::engine::local_bands::hop_statistics::HopStatistics;
+use crate::engine::local_bands::onward_way::{OnwardWay, directions_onward};
 use crate::engine::local_bands::settings::LocalBandSettings;
 use crate::engine::local_bands::target::TargetRegion;
-use crate::engine::local_bands::window_directions::window_directions;
 use crate::math::part::part;
 use crate::optics::system::Hop;
 use crate::wave::grid::field::Axis;
@@ -47,6 +47,8 @@ pub(crate) struct TileRun<'a> {
     pub shape: WindowShape,
     /// The target of the light.
     pub target: &'a TargetRegion,
+    /// What stands behind it, where it is a bare aperture.
+    pub onward: Option<&'a OnwardWay<'a>>,
     /// The settings of the run.
     pub settings: &'a LocalBandSettings,
 }
@@ -231,7 +233,9 @@ impl<'a> TileRun<'a> {
             carrier: leaving.about(at).times(shift, [0.0; 3]),
             sigma: self.shape.sigma,
         };
-        let found = window_directions(self.hop, &start, self.target)?;
+        let window = self.window_half_band();
+        let own = [0, 1].map(|a| light.spread[a] + shift[a].abs() + window);
+        let found = directions_onward(self.hop, &start, self.target, self.onward, own)?;
         Some(TargetedWindow {
             window,
             start,
@@ -243,10 +247,16 @@ impl<'a> TileRun<'a> {
         })
     }
 
+    /// Half the band of a window itself.
+    fn window_half_band(&self) -> f64 {
+        let WindowShape { step, sigma, .. } = self.shape;
+        window_half_band(step, self.settings.threshold) / (self.k() * sigma)
+    }
+
     /// The samples of a tile's light, and what its element needs to know.
     fn area(&self, tile: &Tile, light: &TileLight, targeted: &[TargetedWindow]) -> TileArea {
         let (k, sigma) = (self.k(), self.shape.sigma);
-        let window = window_half_band(self.shape.step, self.settings.threshold) / (k * sigma);
+        let window = self.window_half_band();
         let half_band = light.spread.map(|spread| spread + window);
         let pitch = half_band.map(|band| sample_pitch(band, self.hop.wavelength));
         TileArea {

@@ -3,8 +3,8 @@
 use crate::engine::local_bands::chirped_beamlet::ChirpedStart;
 use crate::engine::local_bands::hop_step::HopStep;
 use crate::engine::local_bands::local_band_error::LocalBandError;
+use crate::engine::local_bands::onward_way::directions_onward;
 use crate::engine::local_bands::settings::LocalBandSettings;
-use crate::engine::local_bands::window_directions::window_directions;
 use crate::engine::local_bands::window_widths::{expected_aberration, leaving_carriers};
 use crate::engine::plan::cost_model::as_conics;
 use crate::engine::plan::cost_model::local_bands::{
@@ -136,9 +136,10 @@ impl Waves {
     fn of(step: &HopStep, start: &ChirpedStart, settings: &LocalBandSettings) -> Option<Self> {
         let (hop, plan) = (&step.hop, step.plan());
         let width = hop.wavenumber() * plan.sigma;
-        let directions = window_directions(hop, start, &step.target)?.bounds;
         let reach = window_half_band(plan.step, settings.threshold);
         let band = reach / width;
+        let onward = step.onward.as_ref();
+        let directions = directions_onward(hop, start, &step.target, onward, [band; 2])?.bounds;
         let limit = match step.pixel_pitch() {
             Some(_) => f64::INFINITY,
             None => band,

@@ -22,6 +22,8 @@ const RIM_RAYS: usize = 3000;
 pub(crate) struct Cut {
     /// What the edge cuts off.
     pub(crate) removed: f64,
+    /// The part of it that rays of the light itself have; the rest is diffracted by the edge.
+    pub(crate) clipped: f64,
     /// What stands on the wrong side of the edge when chief rays decide.
     pub(crate) misplaced: f64,
     /// The difference between a cut along the surface and one in the plane of its edge.
@@ -131,9 +133,10 @@ impl OnTheWay<'_> {
             (cut.removed, cut.misplaced) = (sent_on / total, sent_on / total);
             for ray in self.rays {
                 let part = clipped(open, rim, ray.at, ray.p, self.sigma);
-                cut.removed += part * ray.area / total;
+                cut.clipped += part * ray.area / total;
                 cut.misplaced += part.min(1.0 - part) * ray.area / total;
             }
+            cut.removed += cut.clipped;
             let all: f64 = leaving.iter().map(|ray| ray.energy).sum();
             cut.landing = total / all;
             cut.to_sensor = self.onward.is_known();

@@ -7,7 +7,8 @@
 //! the surface itself. A rim counts when the root of the share of
 //! energy that it cuts, of what would land on the target, is more than half the target error: a safe bound of
 //! the error of leaving it out. Rims of larger surfaces accept or refuse each beamlet by its chief ray; the
-//! energy that this puts on the wrong side of the edge is in the error budget.
+//! energy that this puts on the wrong side of the edge is in the error budget. Local bands need no samples of a whole aperture:
+//! where they carry the light, a rim that cuts a noticeable part of it is a screen at any size ([`Rimmed::of_any_size`]).
 
 use crate::engine::plan::settings::Settings;
 use crate::engine::rims::edge_diffraction::edge_waves;
@@ -32,6 +33,10 @@ const AFFORDABLE: f64 = 2500.0;
 
 /// Most samples along a rim that lies in no plane: light is summed on many planes about its surface.
 const ON_SURFACE: f64 = 800.0;
+
+/// The part of the light that a rim of any size cuts from where on it is a screen for local bands. They take a second or two
+/// for such a screen; rims that only light of edges and pixels meets would be many.
+const NOTICEABLE: f64 = 1e-3;
 
 /// Share of the target error that a rim which is left out may cost.
 const SHARE: f64 = 0.5;
@@ -116,6 +121,8 @@ pub struct Rimmed {
     limit: f64,
     /// Most samples along the diameter of a rim that becomes a screen.
     affordable: f64,
+    /// Whether rims that cut a noticeable part of the light become screens at any size.
+    any_size: bool,
     /// Which hops of the system as it was given join their screens.
     joining: Vec<bool>,
     /// Where the screens of the system as it was given stand among those of [`Rimmed::system`], and whether they have pixels
@@ -149,6 +156,7 @@ pub(crate) fn with_rims_joining(
         cuts: cuts.collect(),
         limit: SHARE * settings.target_error,
         affordable: AFFORDABLE.min((settings.samples_allowed() as f64).sqrt()),
+        any_size: false,
         joining,
         own: Vec::new(),
     };
@@ -173,6 +181,30 @@ impl Rimmed {
     /// The first hop behind a screen of the system as it was given, by the number of the hop there.
     pub(crate) fn hop_of_given(&self, number: usize) -> usize {
         self.own.get(number).map_or(0, |(at, _)| *at)
+    }
+
+    /// The same, for local bands, with a screen at each rim that cuts a noticeable part of the light and is too large for whole
+    /// fields; nothing where there is none.
+    pub(crate) fn of_any_size(&self, given: &System) -> Option<Self> {
+        let open = Self {
+            any_size: true,
+            ..self.clone()
+        };
+        let wide = open.filled(given);
+        (wide.system.screens.len() > self.system.screens.len()).then_some(wide)
+    }
+
+    /// Whether rims of any size are screens.
+    pub(crate) fn is_of_any_size(&self) -> bool {
+        self.any_size
+    }
+
+    /// Most samples along the diameter of a rim that becomes a screen, in a plane and on a surface.
+    fn affordable_for(&self, cut: &Cut) -> [f64; 2] {
+        match self.any_size && cut.clipped > NOTICEABLE {
+            true => [f64::INFINITY; 2],
+            false => [self.affordable, self.affordable.min(ON_SURFACE)],
+        }
     }
 
     /// A slightly changed system with screens at the same rims.
@@ -253,7 +285,7 @@ impl Rimmed {
         for (number, (surface, &cut)) in hop.train.iter().zip(cuts).enumerate() {
             let matters = cut.removed.sqrt() > self.limit;
             let entrance = merged && number == 0;
-            let rim = rim_of(hop, number, self.affordable);
+            let rim = rim_of(hop, number, self.affordable_for(&cut));
             if surface.aperture.outline != Outline::Open {
                 self.rims.push(Rim {
                     name: name_of(hop, number),
@@ -295,15 +327,15 @@ fn name_of(hop: &Hop, number: usize) -> String {
     format!("rim {} behind {}", number + 1, hop.from.name)
 }
 
-/// The screen of a surface's rim, if it takes no more than `affordable` samples along its longer side: in the plane of the rim
-/// where that is a centred disc on a surface of revolution, otherwise on the surface itself, which takes more time.
-fn rim_of(hop: &Hop, number: usize, affordable: f64) -> Result<Screen, NoScreen> {
+/// The screen of a surface's rim, if it takes no more samples along its longer side than are affordable: in the plane of the rim
+/// where that is a centred disc on a surface of revolution, otherwise on the surface itself, which takes whole fields more time.
+fn rim_of(hop: &Hop, number: usize, [in_plane, on_surface]: [f64; 2]) -> Result<Screen, NoScreen> {
     let surface = &hop.train[number];
     let after = surface.index[1];
     let plane = rim_plane(surface);
     let affordable = match plane {
-        Some(_) => affordable,
-        None => affordable.min(ON_SURFACE),
+        Some(_) => in_plane,
+        None => on_surface,
     };
     let bounds = surface.aperture.bounds().ok_or(NoScreen::Absent)?;
     let side = (bounds[1] - bounds[0]).max(bounds[3] - bounds[2]);
