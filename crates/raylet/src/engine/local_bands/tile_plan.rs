@@ -233,8 +233,8 @@ impl<'a> TileRun<'a> {
             carrier: leaving.about(at).times(shift, [0.0; 3]),
             sigma: self.shape.sigma,
         };
-        let window = self.window_half_band();
-        let own = [0, 1].map(|a| light.spread[a] + shift[a].abs() + window);
+        let band = self.window_half_band();
+        let own = [0, 1].map(|a| light.spread[a] + shift[a].abs() + band);
         let found = directions_onward(self.hop, &start, self.target, self.onward, own)?;
         Some(TargetedWindow {
             window,

@@ -320,25 +320,11 @@ impl<'a> Chosen<'a> {
             return Err(self.scene.fault(&path, found, "an aperture that ends"));
         };
         let pitch = pitch_um.map(|um| um * UM);
-        let count = |low: f64, high: f64, pitch: f64| {
-            (2.0 * high.max(-low) / pitch * (1.0 - 1e-12))
-                .ceil()
-                .max(1.0)
-        };
-        let counts = [count(x0, x1, pitch[0]), count(y0, y1, pitch[1])];
-        if let Some(many) = counts.iter().find(|count| **count > MOST_CELLS) {
-            let found = format!("a pitch that makes {many} cells along an axis");
-            return Err(choice_fault(file, "pitch_um", found, "at most 1e7 cells"));
-        }
-        let all = counts[0] * counts[1];
-        if all > MOST_IN_ALL {
-            let found = format!("a pitch that makes {all:.1e} cells");
-            return Err(choice_fault(file, "pitch_um", found, "at most 1e10 cells"));
-        }
+        let size = cells_within(file, [x0, x1, y0, y1], pitch)?;
         let function =
             move |x: f64, y: f64| profiles.iter().map(|profile| profile.phase(x, y)).sum();
         let rows = FunctionRows {
-            size: counts.map(|count| count as usize),
+            size,
             pitch,
             function,
         };
@@ -378,4 +364,25 @@ pub(crate) fn is_analytic(scene: &Scene, choices: &ExportChoices) -> Result<bool
     let chosen = chosen(scene, choices)?;
     let layer = chosen.doe.layer.get(chosen.layer);
     Ok(!matches!(layer, Some(Layer::Pixels(_) | Layer::Height(_))))
+}
+
+/// How many cells of a pitch cover a box, about the middle of the element.
+///
+/// # Errors
+/// When they are too many.
+fn cells_within(file: &Path, bounds: [f64; 4], pitch: [f64; 2]) -> Result<[usize; 2], Fault> {
+    let counts = [0, 1].map(|a| {
+        let half = bounds[2 * a + 1].max(-bounds[2 * a]);
+        (2.0 * half / pitch[a] * (1.0 - 1e-12)).ceil().max(1.0)
+    });
+    if let Some(many) = counts.iter().find(|count| **count > MOST_CELLS) {
+        let found = format!("a pitch that makes {many} cells along an axis");
+        return Err(choice_fault(file, "pitch_um", found, "at most 1e7 cells"));
+    }
+    let all = counts[0] * counts[1];
+    if all > MOST_IN_ALL {
+        let found = format!("a pitch that makes {all:.1e} cells");
+        return Err(choice_fault(file, "pitch_um", found, "at most 1e10 cells"));
+    }
+    Ok(counts.map(|count| count as usize))
 }

@@ -263,7 +263,7 @@ fn glasses_are_replaced_on_request() {
 
 #[test]
 fn unknown_surfaces_are_planes_on_request() {
-    let text = file("MM", "  TYPE SZERNSAG\n  CURV 0.1\n  GLAS N-BK7\n");
+    let text = file("MM", "  TYPE IRREGULA\n  CURV 0.1\n  GLAS N-BK7\n");
     let choices = ImportChoices {
         skip_unknown: true,
         ..ImportChoices::default()
@@ -273,7 +273,7 @@ fn unknown_surfaces_are_planes_on_request() {
         panic!("no surface");
     };
     assert_eq!(surface.radius_mm, None);
-    assert!(lens.report.warnings[0].contains("a surface of type SZERNSAG"));
+    assert!(lens.report.warnings[0].contains("a surface of type IRREGULA"));
 }
 
 /// A part of a good file, what stands in its place, and how the message begins.

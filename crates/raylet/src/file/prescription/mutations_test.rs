@@ -273,6 +273,7 @@ fn mutate_texts(kind: &str, records: &[&str], texts: &[String], separator: u8) {
             }
         }
     }
-    // Most mutations leave a lens.
-    assert!(scenes > count / 5, "{scenes} of {count}");
+    // Many mutations leave a lens; a table has few words that may be another.
+    let part = if kind == "csv" { 20 } else { 5 };
+    assert!(scenes > count / part, "{scenes} of {count}");
 }

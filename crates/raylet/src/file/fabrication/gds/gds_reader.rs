@@ -17,8 +17,8 @@ use crate::file::fabrication::gds::gds_elements::{
 };
 use crate::file::fabrication::gds::gds_painting::{Meaning, Painting};
 use crate::file::fabrication::gds::gds_record::kind;
+use crate::file::fabrication::masks::database_units::in_units;
 use crate::file::fabrication::masks::drawn_part::DrawnPart;
-use crate::file::fabrication::masks::mask_plan::in_units;
 use crate::optics::pixels::active_area::{ActiveArea, Rest};
 
 /// Deepest references to structures that refer to others.

@@ -9,7 +9,7 @@ use std::path::Path;
 
 use crate::file::decode::fault::Fault;
 use crate::file::fabrication::export_choices::{ExportChoices, Masks, choice_fault};
-use crate::file::fabrication::masks::mask_plan::in_units;
+use crate::file::fabrication::masks::database_units::in_units;
 use crate::optics::pixels::active_area::ActiveArea;
 
 /// How the edges of drawn shapes lie to those of the cells.

@@ -4,6 +4,7 @@ use std::path::Path;
 
 use crate::file::decode::fault::Fault;
 use crate::file::fabrication::export_choices::{ExportChoices, Masks, choice_fault};
+use crate::file::fabrication::masks::database_units::in_units;
 use crate::file::fabrication::masks::drawn_part::DrawnPart;
 use crate::optics::pixels::active_area::ActiveArea;
 
@@ -15,9 +16,6 @@ const MOST_REPEATS: usize = 32_767;
 
 /// Most levels whose shapes are drawn wider: each has a pattern of its own.
 const MOST_PATTERNS: u16 = 255;
-
-/// How far a pitch may be from a whole number of database units, in these.
-const ROUNDED: f64 = 1e-6;
 
 /// Where shapes stand, and on which layers.
 #[derive(Clone, Debug, PartialEq)]
@@ -236,33 +234,6 @@ impl MaskPlan {
         let [dx, dy] = self.pitch;
         [self.part.place(x, 0, dx), self.part.place(y, 1, dy)]
     }
-}
-
-/// A length in database units, which the choice of a name states.
-///
-/// # Errors
-/// One that is no whole number of them.
-pub(crate) fn in_units(file: &Path, name: &str, um: f64, unit_nm: f64) -> Result<i64, Fault> {
-    let units = 1e3 * um / unit_nm;
-    let whole = units.round();
-    if whole >= 1.0 && (units - whole).abs() <= ROUNDED && whole < 1e15 {
-        return Ok(whole as i64);
-    }
-    // Units that would do, and the nearest length that does.
-    let fits = |unit: &f64| {
-        let units = 1e3 * um / unit;
-        units.round() >= 1.0 && (units - units.round()).abs() <= ROUNDED
-    };
-    let finer = [0.5, 0.25, 0.2, 0.1, 0.05, 0.025, 0.02, 0.01, 0.001];
-    let mut expected = format!("a multiple of the database unit of {unit_nm} nm");
-    match finer.iter().find(|unit| **unit < unit_nm && fits(unit)) {
-        Some(unit) => expected += &format!(", or a unit of {unit} nm (--database-unit-nm {unit})"),
-        None => {
-            let near = whole.max(1.0) * unit_nm * 1e-3;
-            expected += &format!(", such as {near} µm");
-        }
-    }
-    Err(choice_fault(file, name, format!("{um} µm"), expected))
 }
 
 #[cfg(test)]

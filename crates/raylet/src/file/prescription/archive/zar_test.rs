@@ -177,8 +177,12 @@ fn faults_name_the_archive_and_the_file() {
         &archive(1004, &[lens, ("MINE.AGF", b"NM A 99\n")]),
         "a.zar/MINE.AGF:1:6: found a formula of number 99",
     );
+}
 
-    // A length that the header states and the file has not, and a code without a word.
+/// A length that the header states and the file has not, and a code without a word.
+#[test]
+fn lengths_and_codes_that_do_not_fit_are_refused() {
+    let length = LENS.len();
     let mut bytes = archive(1004, &[("a.zmx.lzw", LENS.as_bytes())]);
     bytes[24] ^= 1;
     let start = format!(

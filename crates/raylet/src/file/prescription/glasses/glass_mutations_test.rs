@@ -91,7 +91,11 @@ fn mutated_catalogues_give_a_medium_or_an_error() {
                 let medium = found.medium.medium().unwrap();
                 let range = found.medium.range_um.unwrap_or([0.4, 0.8]);
                 let index = medium.index(0.5e-3 * (range[0] + range[1]));
-                assert!(index.is_ok_and(f64::is_finite), "seed {seed}");
+                // A formula may have no real index there.
+                assert!(
+                    index.is_err() || index.is_ok_and(f64::is_finite),
+                    "seed {seed}"
+                );
                 good += 1;
             }
             Ok(None) => {}
