@@ -120,7 +120,7 @@ fn small_triplets_have_their_exact_fields() {
     }
 }
 
-/// The last rim of a triplet f/4 of 5 mm cuts two fifths of the light and diffracts it, as in the exact field: 8e-2 of the field
+/// The last rim of a triplet f/4 of 5 mm cuts more than half of the light and diffracts it, as in the exact field: 8e-2 of the field
 /// would be wrong if it cut single beamlets.
 #[test]
 fn a_rim_of_any_size_diffracts() {
