@@ -39,6 +39,7 @@ from raylet.layers import (
     xy,
     zernike,
 )
+from raylet.lenses import Lens, LensFolder, catalog, export_lens
 from raylet.rays import Beams, Secondary, beams, gather, gather_adjoint, scatter
 from raylet.result import Result
 from raylet.sources import ExtendedSource, beam_taper, cone_taper, disc_source, line_source, point_list
@@ -51,6 +52,8 @@ __all__ = [
     "Design",
     "ExportReport",
     "ExtendedSource",
+    "Lens",
+    "LensFolder",
     "RayletError",
     "Rays",
     "Result",
@@ -62,10 +65,12 @@ __all__ = [
     "axicon",
     "beam_taper",
     "beams",
+    "catalog",
     "cone_taper",
     "disc",
     "disc_source",
     "export_element",
+    "export_lens",
     "gather",
     "gather_adjoint",
     "glasses",

@@ -11,16 +11,20 @@ from numpy.typing import NDArray
 
 __all__ = [
     "__version__",
+    "LensFolder",
     "LinearisedSystem",
     "Passage",
     "Scene",
     "beams",
+    "catalog",
     "check",
     "chief_landing",
     "design",
     "element",
     "export_array",
     "export_file",
+    "export_lens",
+    "export_lens_file",
     "export_scene",
     "gather",
     "gather_adjoint",
@@ -39,6 +43,38 @@ __all__ = [
 ]
 
 __version__: Final[str]
+
+@final
+class LensFolder:
+    """
+    The lens files of a folder.
+    """
+    def __new__(cls, /, path: str | PathLike[str], index: str | PathLike[str] | None) -> LensFolder:
+        """
+        Lists a folder and reads its lens files, those that an index has not.
+        """
+    def counts(self, /) -> tuple[int, int]:
+        """
+        How many lens files it has, and how many of them were read now.
+        """
+    def faults(self, /) -> list[tuple[str, str]]:
+        """
+        The files that could not be read, each with why.
+        """
+    def search(
+        self,
+        /,
+        ranges: tuple[
+            tuple[SupportsFloat | SupportsIndex, SupportsFloat | SupportsIndex] | None,
+            tuple[SupportsFloat | SupportsIndex, SupportsFloat | SupportsIndex] | None,
+            tuple[SupportsFloat | SupportsIndex, SupportsFloat | SupportsIndex] | None,
+        ],
+        maker: str | None,
+        words: str | None,
+    ) -> list[tuple[str, str]]:
+        """
+        The lenses that fit ranges of focal lengths, diameters and f-numbers, and words.
+        """
 
 @final
 class LinearisedSystem:
@@ -101,6 +137,11 @@ class Scene:
         The scene of a document of plain values; messages call its file `name`, whose folder is that of its arrays.
         """
     @staticmethod
+    def catalog_lens(name: str, numbers: tuple[SupportsIndex, SupportsIndex | None]) -> tuple[Scene, str, list[str]]:
+        """
+        The scene of a lens that raylet carries, by its part number, with the report and what may make it another lens.
+        """
+    @staticmethod
     def import_lens(
         path: str | PathLike[str],
         numbers: tuple[SupportsIndex, SupportsIndex | None, SupportsIndex | None],
@@ -135,6 +176,11 @@ class Scene:
 def beams(place: Incomplete, bundle: Incomplete, ways: Incomplete) -> tuple[NDArray[complex128], NDArray[complex128]]:
     """
     The amplitudes (rays,) and curvatures (rays, 3) in 1/mm of the beamlets of rays on the sensor.
+    """
+
+def catalog() -> list[tuple[str, str]]:
+    """
+    The lenses that raylet carries: part numbers, and facts as JSON.
     """
 
 def check(scene: Scene, arrays: dict[str, NDArray[Any]], channel: SupportsIndex) -> list[tuple[str, bool, str]]:
@@ -186,6 +232,20 @@ def export_file(
 ) -> tuple[str, list[tuple[str, float]]]:
     """
     Exports the element of a file; `choices` is JSON.
+    """
+
+def export_lens(
+    scene: Scene, target: str | PathLike[str], skip_unknown: bool, overwrite: bool
+) -> tuple[str, list[tuple[str, float]], list[str]]:
+    """
+    Writes a scene as a lens file.
+    """
+
+def export_lens_file(
+    source: str | PathLike[str], target: str | PathLike[str], skip_unknown: bool, overwrite: bool
+) -> tuple[str, list[tuple[str, float]], list[str]]:
+    """
+    Writes a scene file or another lens file as a lens file.
     """
 
 def export_scene(

@@ -88,6 +88,11 @@ def load(
         )
     else:
         scene = _raylet.Scene.read(os.fspath(path))
+    return imported(scene, report, os.fspath(path))
+
+
+def imported(scene: _raylet.Scene, report: str, name: str) -> System:
+    """A system of a scene that was read, and of the report of its import."""
     system = System.__new__(System)
     system.import_report = report
     system._document = without_none(json.loads(scene.to_json()))
@@ -95,7 +100,7 @@ def load(
     system._document["wavelength_um"] = waves[0] if len(waves) == 1 else waves
     put_in(system._document, dict(arrays))
     # From now on messages name the Python object, and no line of the file.
-    system._name, system._scene, system._arrays = f"{os.fspath(path)} in Python", scene, {}
+    system._name, system._scene, system._arrays = f"{name} in Python", scene, {}
     return system
 
 

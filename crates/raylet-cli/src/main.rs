@@ -9,7 +9,7 @@
 //! | `hologram` | `raylet hologram SCENE`: the phase with which the sensor shows a picture |
 //! | `design` | `raylet design SCENE`: phases and parameters of the system, found by gradients |
 //! | `gradcheck` | `raylet gradcheck SCENE`: whether the gradients of a design are those of its loss |
-//! | [`exchange`] | Verbs that exchange files with other programs: `import`, `export`, `convert` |
+//! | [`exchange`] | Verbs that exchange files with other programs: `import`, `export`, `convert`, `lenses` |
 //! | `schema` | `raylet schema`: the JSON Schema of scene files |
 //! | `paper` | `raylet paper NAME`: a study of the source paper, done again |
 //! | `overrides` | Choices on the command line that take the place of the scene's |
@@ -86,6 +86,7 @@ enum Verb {
     Import(exchange::import::Import),
     Export(exchange::export::Export),
     Convert(exchange::convert::Convert),
+    Lenses(exchange::lenses::Lenses),
     Schema(schema::Schema),
     Paper(paper::Paper),
 }
@@ -127,6 +128,7 @@ fn run(verb: &Verb) -> Result<(), Failure> {
         Verb::Import(verb) => verb.run(),
         Verb::Export(verb) => verb.run(),
         Verb::Convert(verb) => verb.run(),
+        Verb::Lenses(verb) => verb.run(),
         Verb::Schema(verb) => verb.run(),
         Verb::Paper(verb) => verb.run(),
     }

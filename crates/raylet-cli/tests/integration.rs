@@ -17,6 +17,7 @@ mod design;
 mod elements;
 mod endings;
 mod export;
+mod export_lens;
 mod flat_patches;
 mod forecasts;
 mod import;

@@ -11,6 +11,7 @@
 //! | `trace` | Single rays through a system |
 //! | `inspect` | What a system looks like: its parts, its section, its elements |
 //! | `fabrication` | Elements as files that foundries and other programs take |
+//! | `lenses` | Lens files that are written, and lenses by name |
 //! | `files` | Files that Python writes: complete or not at all, and never in place of foreign ones |
 //! | `arrays` | NumPy arrays that are read in place |
 //! | `document` | Documents of Python as trees that the library decodes |
@@ -33,6 +34,7 @@ mod document;
 mod fabrication;
 mod files;
 mod inspect;
+mod lenses;
 mod linearised_system;
 mod rays;
 mod refusal;
@@ -53,6 +55,8 @@ mod _raylet {
     use crate::files::write_files;
     #[pymodule_export]
     use crate::inspect::{check, element, glasses, layout, parts, schema, sensor_panels};
+    #[pymodule_export]
+    use crate::lenses::{LensFolder, catalog, export_lens, export_lens_file};
     #[pymodule_export]
     use crate::linearised_system::{LinearisedSystem, Passage};
     #[pymodule_export]

@@ -13,6 +13,7 @@ use raylet::file::decode::tree::Value;
 use raylet::file::model::build;
 use raylet::file::model::scene_arrays::Arrays;
 use raylet::file::prescription::import::{ImportChoices, import_lens};
+use raylet::file::prescription::lens_library::lens_catalog::catalog_lens;
 use raylet::file::scene::scene_file::Scene as File;
 use raylet::file::scene::variable::with_settings;
 use raylet::optics::system::System;
@@ -93,6 +94,27 @@ impl Scene {
         let arrays = arrays.collect::<PyResult<_>>()?;
         let scene = Self::of(py, Ok(imported.scene))?;
         Ok((scene, report, warnings, arrays))
+    }
+
+    /// The scene of a lens that raylet carries, by its part number, with the report and what may make it another lens.
+    #[staticmethod]
+    fn catalog_lens(
+        py: Python<'_>,
+        name: &str,
+        numbers: (usize, Option<usize>),
+    ) -> PyResult<(Self, String, Vec<String>)> {
+        let (field, wavelength) = numbers;
+        let choices = ImportChoices {
+            field,
+            wavelength,
+            ..ImportChoices::default()
+        };
+        let lens = catalog_lens(name).map_err(|failure| error(py, failure))?;
+        let imported = lens
+            .import(&choices)
+            .map_err(|failure| fault(py, &failure))?;
+        let (report, warnings) = (imported.report.to_string(), imported.report.warnings);
+        Ok((Self::of(py, Ok(imported.scene))?, report, warnings))
     }
 
     /// The same scene with other settings, given as plain values by the keys of the table `[settings]`.

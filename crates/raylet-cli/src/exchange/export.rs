@@ -1,21 +1,26 @@
-//! `raylet export SOURCE -o FILE`: an element as files that foundries and other programs take.
+//! `raylet export SOURCE -o FILE`: an element as files that foundries and other programs take, or a scene as a lens file.
 
 use std::path::PathBuf;
 
 use clap::{Args, ValueEnum};
 use raylet::file::fabrication::export::{ExportSource, export_element};
 use raylet::file::fabrication::export_choices::{ExportChoices, Masks, Quantity, Top};
+use raylet::file::prescription::export::lens_export::{
+    LensExportChoices, export_lens_of, is_lens_file,
+};
 
 use crate::failure::Failure;
 use crate::say::say;
 
-/// Writes a diffractive element for a foundry or another program, and reports what was rounded and left out.
+/// Writes a diffractive element for a foundry or another program, or a scene as a lens file of OpticStudio or CODE V, and reports
+/// what was changed and left out.
 #[derive(Args)]
 pub(crate) struct Export {
-    /// A scene (.toml), an array of phases, heights, amplitudes or levels (.npy, .npz), or a mask file (.gds).
+    /// A scene (.toml), an array of phases, heights, amplitudes or levels (.npy, .npz), or a mask file (.gds). For a lens file
+    /// a scene, or another lens file.
     source: PathBuf,
     /// The file to be written; its end decides on the format: .gds, .oas, .dxf, .stl, .png, .csv, .dat, .txt (coefficients) or
-    /// .npy.
+    /// .npy for an element, .zmx or .seq for a lens file.
     #[arg(short, long, value_name = "FILE")]
     out: PathBuf,
     #[command(flatten)]
@@ -26,6 +31,9 @@ pub(crate) struct Export {
     relief: ReliefOptions,
     #[command(flatten)]
     other: OtherOptions,
+    /// Leaves out of a lens file what it cannot hold, with a warning.
+    #[arg(long)]
+    skip_unknown: bool,
     /// Replaces a file that raylet did not write, or that was changed since.
     #[arg(long)]
     overwrite: bool,
@@ -177,7 +185,35 @@ enum TopName {
 
 impl Export {
     pub(crate) fn run(&self) -> Result<(), Failure> {
+        if is_lens_file(&self.out) {
+            return self.lens();
+        }
+        if self.skip_unknown {
+            return Err(Failure::new(
+                "--skip-unknown is for lens files (.zmx, .seq)",
+            ));
+        }
         let report = export_element(ExportSource::File(&self.source), &self.out, &self.choices())?;
+        say(&format!("{report}Written to {}\n", self.out.display()))
+    }
+
+    /// Writes a lens file.
+    fn lens(&self) -> Result<(), Failure> {
+        let own = ExportChoices {
+            overwrite: self.overwrite,
+            ..ExportChoices::default()
+        };
+        if self.choices() != own {
+            let out = self.out.display();
+            return Err(Failure::new(format!(
+                "{out} is a lens file: found an option of elements, expected --skip-unknown and --overwrite alone"
+            )));
+        }
+        let choices = LensExportChoices {
+            skip_unknown: self.skip_unknown,
+            overwrite: self.overwrite,
+        };
+        let report = export_lens_of(&self.source, &self.out, choices)?;
         say(&format!("{report}Written to {}\n", self.out.display()))
     }
 

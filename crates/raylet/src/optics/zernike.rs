@@ -126,6 +126,42 @@ fn noll(index: usize) -> (u32, i32) {
     (n as u32, sign * m as i32)
 }
 
+/// The sum Σ aⱼ Zⱼ(x/ρ, y/ρ) as products of powers of x and y in mm: their powers [i, j] and coefficients.
+pub(crate) fn zernike_products(radius: f64, coefficients: &[f64]) -> Vec<([u32; 2], f64)> {
+    let mut products = Vec::new();
+    for (index, a) in coefficients.iter().enumerate().filter(|(_, a)| **a != 0.0) {
+        let (n, m) = noll(index + 1);
+        let order = m.unsigned_abs();
+        let norm = (f64::from(n + 1) * if m == 0 { 1.0 } else { 2.0 }).sqrt();
+        for s in 0..=(n - order) / 2 {
+            let scale =
+                a * norm * radial_coefficient(n, order, s) * radius.powi((2 * s) as i32 - n as i32);
+            // (x² + y²)^half times the real or imaginary part of (x + iy)^order.
+            let half = (n - order) / 2 - s;
+            for k in 0..=half {
+                for l in 0..=order {
+                    let sine = l % 2 == 1;
+                    if sine != (m < 0) {
+                        continue;
+                    }
+                    let sign = if (l / 2) % 2 == 0 { 1.0 } else { -1.0 };
+                    let factor = sign * binomial(half, k) * binomial(order, l);
+                    let powers = [2 * (half - k) + order - l, 2 * k + l];
+                    products.push((powers, scale * factor));
+                }
+            }
+        }
+    }
+    products
+}
+
+/// n over k.
+fn binomial(n: u32, k: u32) -> f64 {
+    (0..k).fold(1.0, |product, i| {
+        product * f64::from(n - i) / f64::from(i + 1)
+    })
+}
+
 /// k! for all k for which it is a number.
 const FACTORIALS: [f64; 171] = {
     let mut list = [1.0; 171];
@@ -147,7 +183,21 @@ fn radial_coefficient(n: u32, m: u32, s: u32) -> f64 {
 
 #[cfg(test)]
 mod tests {
-    use crate::optics::zernike::{ZernikeSum, noll};
+    use crate::optics::zernike::{ZernikeSum, noll, zernike_products};
+
+    #[test]
+    fn products_of_powers_have_the_values_of_the_sum() {
+        let coefficients: Vec<f64> = (1..=36).map(|j| 1.0 / f64::from(j)).collect();
+        let sum = ZernikeSum::new(2.5, coefficients.clone());
+        let products = zernike_products(2.5, &coefficients);
+        for (x, y) in [(0.0, 0.0), (1.2, -0.7), (-2.0, 1.1), (0.3, 2.2)] {
+            let terms = products.iter();
+            let value: f64 = terms
+                .map(|([i, j], a)| a * f64::powi(x, *i as i32) * f64::powi(y, *j as i32))
+                .sum();
+            assert!((value - sum.at(x, y)).abs() < 1e-12);
+        }
+    }
 
     #[test]
     fn noll_order_is_the_published_one() {

@@ -30,6 +30,7 @@ use crate::file::prescription::scene_light::{Light, assembled, shift_sensor};
 use crate::file::prescription::sequential::{ApertureRule, Behind, FieldKind, Sequential};
 use crate::file::prescription::zemax::zemax_reader::read_zemax;
 use crate::file::scene::element::Element;
+use crate::file::scene::material::Material;
 use crate::file::scene::scene_file::Scene;
 use crate::optics::paraxial::Cardinal;
 
@@ -106,6 +107,9 @@ impl Format {
     }
 }
 
+/// How the names of lens files of other programs end.
+pub(crate) const LENS_ENDS: [&str; 3] = ["zmx", "zar", "seq"];
+
 /// The lens files that are read, in words.
 const KINDS: &str =
     "a lens file of OpticStudio (.zmx, .zar) or CODE V (.seq), or a table of surfaces (.csv)";
@@ -163,35 +167,14 @@ fn import_text(
     choices: &ImportChoices,
 ) -> Result<ImportedLens, Fault> {
     let mut losses = Losses::default();
-    let read = match format {
-        Format::Zemax | Format::Archive => read_zemax,
-        Format::CodeV => read_codev,
-        Format::Table => read_table,
-    };
-    let lens = read(
-        text,
-        choices.skip_unknown,
-        choices.configuration,
-        &mut losses,
-    )?;
-    let files = GlassFiles::read(&choices.glass_files)?;
-    let files = files.followed_by(archived, &lens.catalogues)?;
-    let sources = GlassSources {
-        replaced: &choices.glasses,
-        files: &files,
-    };
-    let lens = focused(lens, text, sources)?;
-    let chosen = Chosen::of(&lens, text, choices)?;
-    let wavelength = chosen.wavelength_um * 1e-3;
-    let media = media(&lens, text, wavelength, sources, &mut losses)?;
-    let first = first_order(&lens, text, &media, wavelength)?;
+    let opened = OpenedLens::of(text, format, archived, choices, &mut losses)?;
     let import = Import {
-        lens: &lens,
+        lens: &opened.lens,
         text,
-        media: &media,
-        first: &first,
-        chosen,
-        grids: grids_of(&lens.surface),
+        media: &opened.media,
+        first: &opened.first,
+        chosen: opened.chosen,
+        grids: grids_of(&opened.lens.surface),
     };
     let (scene, first_element_mm) = import.scene(&mut losses)?;
     let report = import.report(&scene, losses);
@@ -202,6 +185,82 @@ fn import_text(
         first_element_mm,
         arrays,
     })
+}
+
+/// A lens file as it is read, before it becomes a scene.
+pub(crate) struct OpenedLens {
+    /// Its prescription.
+    pub lens: Sequential,
+    /// The media behind its surfaces.
+    pub media: Vec<MediumBehind>,
+    /// Its first-order data at the chosen wavelength.
+    pub first: FirstOrder,
+    chosen: Chosen,
+}
+
+impl OpenedLens {
+    /// The lens of a text in a format, with glasses sought in archived catalogues after those of the user.
+    ///
+    /// # Errors
+    /// The first fault of the text, with its line.
+    fn of(
+        text: &LensText,
+        format: Format,
+        archived: &[(PathBuf, Vec<u8>)],
+        choices: &ImportChoices,
+        losses: &mut Losses,
+    ) -> Result<Self, Fault> {
+        let read = match format {
+            Format::Zemax | Format::Archive => read_zemax,
+            Format::CodeV => read_codev,
+            Format::Table => read_table,
+        };
+        let lens = read(text, choices.skip_unknown, choices.configuration, losses)?;
+        let files = GlassFiles::read(&choices.glass_files)?;
+        let files = files.followed_by(archived, &lens.catalogues)?;
+        let sources = GlassSources {
+            replaced: &choices.glasses,
+            files: &files,
+        };
+        let lens = focused(lens, text, sources)?;
+        let chosen = Chosen::of(&lens, text, choices)?;
+        let wavelength = chosen.wavelength_um * 1e-3;
+        let media = media(&lens, text, wavelength, sources, losses)?;
+        let first = first_order(&lens, text, &media, wavelength)?;
+        Ok(Self {
+            lens,
+            media,
+            first,
+            chosen,
+        })
+    }
+
+    /// What `see` finds in the lens of a file and its text.
+    ///
+    /// # Errors
+    /// The first fault of the file.
+    pub(crate) fn seen<T>(
+        bytes: &[u8],
+        path: &Path,
+        see: impl FnOnce(&LensText, &Self) -> T,
+    ) -> Result<T, Fault> {
+        let (choices, losses) = (ImportChoices::default(), &mut Losses::default());
+        let format = Format::of(path)?;
+        if format != Format::Archive {
+            let text = LensText::new(bytes, path);
+            return Ok(see(&text, &Self::of(&text, format, &[], &choices, losses)?));
+        }
+        let archived = archived_lens(Cursor::new(bytes), path)?;
+        let (name, bytes) = &archived.lens;
+        let text = LensText::new(bytes, name);
+        let opened = Self::of(&text, Format::Zemax, &archived.catalogues, &choices, losses)?;
+        Ok(see(&text, &opened))
+    }
+
+    /// The chosen wavelength in µm.
+    pub(crate) fn wavelength_um(&self) -> f64 {
+        self.chosen.wavelength_um
+    }
 }
 
 /// First-order data at a wavelength in mm.
@@ -363,7 +422,7 @@ impl Import<'_> {
                 start,
             } = laying.elements(self.text, &mut own)?;
             let light = self.light(slopes, start)?;
-            let scene = assembled(self.lens, self.first, light, element);
+            let scene = assembled(self.lens, self.first, self.ambient(), light, element);
             match self.parsed(&scene) {
                 Ok(scene) => {
                     *losses = own;
@@ -374,6 +433,13 @@ impl Import<'_> {
             }
         }
         Err(fault.unwrap_or_else(|| self.text.fault_of_file("no scene", "a lens")))
+    }
+
+    /// The medium of the object; none for air.
+    fn ambient(&self) -> Option<&Material> {
+        self.media
+            .first()
+            .and_then(|medium| medium.material.as_ref())
     }
 
     /// The light of the chosen field.

@@ -20,6 +20,8 @@
 //! | `scene_elements` | The elements of a scene from the surfaces of a prescription |
 //! | `scene_light` | The light and the sensor of a scene from a prescription |
 //! | `scene_text` | A scene as the text of a file that people read |
+//! | [`export`] | Scenes written as prescriptions of other programs |
+//! | [`lens_library`] | Lenses by name: those that raylet carries, and folders of users |
 //! | `import` | From the file of a program for lens design to a scene, with a report |
 //! | `shapes_test` | Tests: surfaces of Zemax files, against the formulas of their types |
 //! | `zernike_test` | Tests: Zernike surfaces and phases, against their formulas and against what OpticStudio stored |
@@ -32,6 +34,7 @@
 pub(crate) mod archive;
 pub(crate) mod codev;
 pub(crate) mod element_parts;
+pub mod export;
 pub(crate) mod first_order;
 pub(crate) mod glasses;
 #[cfg(test)]
@@ -42,6 +45,7 @@ pub mod import_report;
 mod import_test;
 pub mod imported_grids;
 pub(crate) mod lens_file;
+pub mod lens_library;
 pub(crate) mod lens_table;
 pub(crate) mod lens_text;
 #[cfg(test)]

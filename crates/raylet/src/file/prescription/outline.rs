@@ -3,7 +3,7 @@
 use crate::file::scene::aperture::{Annulus, Aperture, Disc, Polygon, Rectangle};
 
 /// Corners of the polygon that stands for an ellipse.
-const CORNERS: usize = 360;
+pub(crate) const CORNERS: usize = 360;
 
 /// An outline in the unit of its file.
 #[derive(Clone, Copy, Debug, PartialEq)]

@@ -17,7 +17,7 @@ use crate::file::scene::element::{
     CoordinateBreak, Coordinates, DoeElement, Element, MirrorElement, ParaxialLens, StopElement,
     SurfaceElement,
 };
-use crate::file::scene::material::Material;
+use crate::file::scene::material::{Material, air};
 use crate::optics::assembly::part_check::expected_heading;
 
 /// How much wider than the light the aperture before a lens is.
@@ -151,11 +151,21 @@ impl Laying<'_> {
                 shape: curve.shape,
                 semi_aperture_mm,
                 aperture,
-                glass: behind.material.clone(),
+                glass: self.material(behind),
                 coating: None,
             })));
         }
         Ok(self.screen(i, face, losses))
+    }
+
+    /// The medium behind a surface; none for air, unless the object is in another medium.
+    fn material(&self, behind: &MediumBehind) -> Option<Material> {
+        let object = self
+            .media
+            .first()
+            .and_then(|medium| medium.material.as_ref());
+        let named = behind.material.clone();
+        named.or_else(|| object.map(|_| air()))
     }
 
     fn ideal_lens(
@@ -201,7 +211,6 @@ impl Laying<'_> {
     fn doe(&self, i: usize, face: &Face, crosses: bool, losses: &mut Losses) -> DoeElement {
         let curve = face.curve.clone();
         let behind = self.media.get(i).and_then(|medium| medium.material.clone());
-        let air = || Material::Named("air".to_owned());
         DoeElement {
             name: None,
             tilt_deg: [0.0; 3],

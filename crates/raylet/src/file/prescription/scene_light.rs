@@ -6,7 +6,7 @@ use crate::file::prescription::first_order::FirstOrder;
 use crate::file::prescription::sequential::Sequential;
 use crate::file::scene::element::{Element, SensorElement};
 use crate::file::scene::illumination::{Illumination, PlaneIllumination, PointIllumination};
-use crate::file::scene::material::Material;
+use crate::file::scene::material::{Material, air};
 use crate::file::scene::scene_file::{Scene, VERSION};
 use crate::file::scene::settings::Settings;
 
@@ -28,10 +28,11 @@ pub(crate) struct Light {
     pub wavelength_um: f64,
 }
 
-/// The scene of these elements, with a sensor at the image on its axis.
+/// The scene of these elements in the medium of the object (none for air), with a sensor at the image on its axis.
 pub(crate) fn assembled(
     lens: &Sequential,
     first: &FirstOrder,
+    ambient: Option<&Material>,
     light: Light,
     mut element: Vec<Element>,
 ) -> Scene {
@@ -53,7 +54,7 @@ pub(crate) fn assembled(
         version: VERSION,
         title: lens.title.clone(),
         wavelength_um: vec![light.wavelength_um],
-        ambient: Material::Named("air".to_owned()),
+        ambient: ambient.cloned().unwrap_or_else(air),
         seed: 1,
         source: illumination(light),
         element,

@@ -4,7 +4,7 @@ use crate::file::prescription::imported_grids::{FaceGrid, GridKind};
 use crate::file::scene::aperture::Aperture;
 use crate::file::scene::layer::Layer;
 use crate::file::scene::material::OwnMedium;
-use crate::file::scene::surface_shape::Shape;
+use crate::file::scene::surface_shape::{Shape, Straight};
 use crate::optics::zernike::ZernikeSum;
 
 /// A lens as a list of surfaces, with its light.
@@ -199,6 +199,10 @@ impl Curve {
         match &self.shape {
             Some(Shape::Biconic(one)) => of_radius(one.radius_y_mm),
             Some(Shape::Toroid(one)) => of_radius(one.radius_mm),
+            Some(Shape::Cylinder(one)) => match one.straight_along {
+                Straight::X => of_radius(one.radius_mm),
+                Straight::Y => 0.0,
+            },
             Some(Shape::Odd(sum)) => {
                 self.curvature + 2.0 * sum.coefficients.get(1).copied().unwrap_or(0.0)
             }

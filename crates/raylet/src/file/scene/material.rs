@@ -23,6 +23,11 @@ pub enum Material {
     Own(OwnMedium),
 }
 
+/// Air, by its name.
+pub(crate) fn air() -> Material {
+    Material::Named("air".to_owned())
+}
+
 /// A medium by its own numbers, in one of four ways: `index`; `nd` and `vd`; `sellmeier`; or `wavelengths_um` and `indices`.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]

@@ -20,7 +20,7 @@ use crate::file::scene::design::Design;
 use crate::file::scene::element::{Coordinates, Element, WITH_PIXELS};
 use crate::file::scene::illumination::Illumination;
 use crate::file::scene::layer::Layer;
-use crate::file::scene::material::Material;
+use crate::file::scene::material::{Material, air};
 use crate::file::scene::settings::{Hologram, Settings};
 
 /// The version of the format that this program reads.
@@ -72,10 +72,6 @@ pub struct Scene {
 
 /// The narrowest windows of beamlets, in wavelengths.
 const NARROWEST: f64 = 0.25;
-
-fn air() -> Material {
-    Material::Named("air".to_owned())
-}
 
 fn first_seed() -> u64 {
     1
