@@ -83,7 +83,7 @@ def test_a_folder_is_searched_and_keeps_its_faults(tmp_path: Path) -> None:
     folder = raylet.LensFolder(LENSES)
     found = folder.search(focal_length_mm=(90, 110), diameter_mm=(20, 30), text="achromat")
     assert [Path(lens.path).name for lens in found] == ["CODV_32327.seq"]
-    assert len(folder) == 49 and len(folder.faults) == 2
+    assert len(folder) == 49 and len(folder.faults) == 1
     for path, fault in folder.faults.items():
         assert os.path.basename(path) in fault
     with pytest.raises(RayletError, match="the smaller one first"):

@@ -10,10 +10,10 @@ use crate::file::prescription::export::held_phase::{Refusal, Standing, joined, s
 use crate::file::prescription::export::lens_edges::{EdgeForm, LensEdge};
 use crate::file::prescription::export::limiting_stop::rim_radius;
 use crate::file::prescription::export::outgoing::Outgoing;
-use crate::file::prescription::export::zemax_writer::{left_out, written};
+use crate::file::prescription::export::zemax_writer::written;
 use crate::file::prescription::import_report::Losses;
 use crate::file::prescription::sequential::{
-    Action, ApertureRule, Behind, Curve, Face, FieldKind, Sequential,
+    Action, ApertureRule, Behind, Face, FieldKind, Sequential,
 };
 use crate::optics::phase::placement::Placement;
 
@@ -29,27 +29,27 @@ struct Row {
     commands: Vec<String>,
 }
 
+/// Whether the format holds a surface.
+///
+/// # Errors
+/// A curve or phase that it cannot hold, as what was found and what was expected.
+pub(crate) fn codev_holds(outgoing: &Outgoing, face: &Face) -> Result<(), Refusal> {
+    shape(outgoing, face, &mut Losses::default()).map(|_| ())
+}
+
 /// The text of a prescription.
 ///
 /// # Errors
-/// The number of a surface that the format cannot hold, with what was found and what was expected; not if `skip_unknown`.
+/// The number of a surface that the format cannot hold, with what was found and what was expected.
 pub(crate) fn codev_text(
     outgoing: &Outgoing,
-    skip_unknown: bool,
     losses: &mut Losses,
 ) -> Result<String, (usize, Refusal)> {
     let lens = &outgoing.lens;
     let glasses = CodevGlasses::of(&outgoing.media, &lens.wavelength_um, losses);
     let mut rows: Vec<Row> = Vec::new();
     for (i, face) in lens.surface.iter().enumerate() {
-        let shape = match shape(outgoing, i, face, losses) {
-            Ok(shape) => shape,
-            Err((found, _)) if skip_unknown => {
-                left_out(&outgoing.path, i, &found, losses);
-                bare(face)
-            }
-            Err(refusal) => return Err((i, refusal)),
-        };
+        let shape = shape(outgoing, face, losses).map_err(|refusal| (i, refusal))?;
         let medium = outgoing.media.get(i);
         let medium = match face.behind {
             Behind::Reflected => Some("REFL".to_owned()),
@@ -84,12 +84,8 @@ pub(crate) fn codev_text(
 }
 
 /// The commands of a surface's curve, phase or turn.
-fn shape(
-    outgoing: &Outgoing,
-    i: usize,
-    face: &Face,
-    losses: &mut Losses,
-) -> Result<CodevShape, Refusal> {
+fn shape(outgoing: &Outgoing, face: &Face, losses: &mut Losses) -> Result<CodevShape, Refusal> {
+    let i = face.number;
     let um = outgoing.lens.wavelength_um.first().copied().unwrap_or(0.55);
     let mut phase = face.phase.first().cloned();
     match face.action {
@@ -123,16 +119,6 @@ fn shape(
         shape.commands.extend(codev_phase(layer, um)?);
     }
     Ok(shape)
-}
-
-/// The conic alone.
-fn bare(face: &Face) -> CodevShape {
-    let conic = Curve {
-        curvature: face.curve.curvature,
-        conic: face.curve.conic,
-        ..Curve::default()
-    };
-    codev_curve(&conic).unwrap_or_default()
 }
 
 /// Text that may stand between quotes.

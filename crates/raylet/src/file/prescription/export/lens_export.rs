@@ -3,10 +3,10 @@
 use std::path::Path;
 
 use crate::file::decode::fault::{Fault, shortened};
-use crate::file::prescription::export::codev_writer::codev_text;
+use crate::file::prescription::export::codev_writer::{codev_holds, codev_text};
 use crate::file::prescription::export::laying_surfaces::SKIP;
 use crate::file::prescription::export::outgoing::Outgoing;
-use crate::file::prescription::export::zemax_writer::zemax_text;
+use crate::file::prescription::export::zemax_writer::{zemax_holds, zemax_text};
 use crate::file::prescription::first_order::FirstOrder;
 use crate::file::prescription::import::{ImportChoices, import_lens};
 use crate::file::prescription::import_report::{ImportReport, Losses, ReportedNumber};
@@ -106,10 +106,17 @@ pub fn export_lens_of(
 pub fn lens_file(scene: &Scene, name: &Path, skip_unknown: bool) -> Result<WrittenLens, Fault> {
     let format = Format::of(name)?;
     let mut losses = Losses::default();
-    let outgoing = Outgoing::of(scene, skip_unknown, &mut losses)?;
+    let mut outgoing = Outgoing::of(scene, skip_unknown, &mut losses)?;
+    if skip_unknown {
+        let holds = match format {
+            Format::Zemax => zemax_holds,
+            Format::CodeV => codev_holds,
+        };
+        outgoing.leave_out(holds, &mut losses);
+    }
     let text = match format {
-        Format::Zemax => zemax_text(&outgoing, skip_unknown, &mut losses),
-        Format::CodeV => codev_text(&outgoing, skip_unknown, &mut losses),
+        Format::Zemax => zemax_text(&outgoing, &mut losses),
+        Format::CodeV => codev_text(&outgoing, &mut losses),
     };
     let text = text.map_err(|(place, (found, expected))| {
         let path = outgoing.path.get(place).map_or("", String::as_str);

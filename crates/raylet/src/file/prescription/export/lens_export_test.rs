@@ -1,7 +1,7 @@
 //! Tests: scenes and lens files, written as lens files and read again: the same first-order data, and the same rays.
 
 use std::fs;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 use crate::file::decode::fault::Fault;
 use crate::file::model::build::system;
@@ -325,4 +325,49 @@ fn scene_without_pixels(scene: &Scene) -> Scene {
         aperture: doe.aperture.clone(),
     });
     scene
+}
+
+/// Kinds of layers in scenes of the repository that no file holds.
+const WITHOUT_A_FILE: [&str; 4] = ["\"pixels\"", "\"vortex\"", "\"two_point\"", "\"sum\""];
+
+/// The scenes of the repository.
+fn scenes() -> Vec<PathBuf> {
+    let root = folder().parent().unwrap().to_path_buf();
+    let folders = [root.clone(), root.join("real_size"), root.join("paper")];
+    let entries = folders
+        .iter()
+        .flat_map(|folder| fs::read_dir(folder).unwrap());
+    let paths = entries.map(|entry| entry.unwrap().path());
+    let scenes = paths.filter(|path| path.extension().is_some_and(|end| end == "toml"));
+    scenes.collect()
+}
+
+#[test]
+fn scenes_of_the_repository_are_the_same_or_refused_by_what_no_file_holds() {
+    let (mut same, mut refused) = (0, 0);
+    for path in scenes() {
+        let scene = Scene::open(&path).unwrap();
+        for target in ["a.zmx", "a.seq"] {
+            match lens_file(&scene, Path::new(target), false) {
+                Ok(written) => {
+                    let again = read(&written, target);
+                    let numbers = different_numbers(&written, &again);
+                    assert!(numbers.is_empty(), "{}: {numbers:?}", path.display());
+                    let rays = apart(&scene, &written, &again);
+                    assert!(rays < 1e-12, "{}: {rays:e}", path.display());
+                    same += 1;
+                }
+                Err(fault) => {
+                    let known = WITHOUT_A_FILE.iter().any(|kind| fault.found.contains(kind));
+                    assert!(known, "{fault}");
+                    let written = lens_file(&scene, Path::new(target), true).unwrap();
+                    assert!(!written.report.warnings.is_empty());
+                    let again = read(&written, target);
+                    assert!(different_numbers(&written, &again).is_empty());
+                    refused += 1;
+                }
+            }
+        }
+    }
+    assert!(same >= 34 && refused >= 16, "{same} {refused}");
 }

@@ -1,12 +1,13 @@
 //! From a scene to a sequential prescription.
 
 use crate::file::decode::fault::Fault;
+use crate::file::prescription::export::held_phase::Refusal;
 use crate::file::prescription::export::laying_surfaces::lay;
 use crate::file::prescription::export::limiting_stop::limit_light;
 use crate::file::prescription::export::outgoing_light::OutgoingLight;
 use crate::file::prescription::glasses::glass_choice::MediumBehind;
 use crate::file::prescription::import_report::Losses;
-use crate::file::prescription::sequential::{ApertureRule, Sequential};
+use crate::file::prescription::sequential::{Action, ApertureRule, Curve, Face, Sequential};
 use crate::file::scene::element::Element;
 use crate::file::scene::scene_file::Scene;
 
@@ -69,6 +70,35 @@ impl Outgoing {
         Ok(outgoing)
     }
 
+    /// Takes out of its surfaces what a format does not hold: they are conics without a phase then.
+    pub(crate) fn leave_out(
+        &mut self,
+        holds: fn(&Self, &Face) -> Result<(), Refusal>,
+        losses: &mut Losses,
+    ) {
+        let refused = |face: &Face| holds(self, face).err();
+        let refusals: Vec<Option<Refusal>> = self.lens.surface.iter().map(refused).collect();
+        if refusals.iter().all(Option::is_none) {
+            return;
+        }
+        let surfaces = self.lens.surface.iter_mut().zip(&self.path).zip(refusals);
+        for ((face, path), refusal) in surfaces {
+            let Some((found, _)) = refusal else { continue };
+            losses.warn(format!(
+                "{path} is a conic without a phase in the file, which cannot hold {found}. Light behind it goes another way."
+            ));
+            face.phase.clear();
+            face.action = Action::Border;
+            face.curve = Curve {
+                curvature: face.curve.curvature,
+                conic: face.curve.conic,
+                ..Curve::default()
+            };
+        }
+        let first_um = self.lens.wavelength_um.first().copied();
+        limit_light(&mut self.lens, &self.media, first_um.unwrap_or(0.55) * 1e-3);
+    }
+
     /// Leaves out the aperture that an import puts before a lens, where it does not limit the light.
     fn drop_aperture(&mut self, scene: &Scene, wavelength: f64, losses: &mut Losses) {
         let named = scene.element.first().and_then(Element::name) == Some(APERTURE);
@@ -78,7 +108,12 @@ impl Outgoing {
         let own = self.path.get(1).is_some_and(|path| path == "element[0]");
         let round = face.outline.as_ref().is_some_and(|one| one.disc.is_some());
         let gap = face.thickness_mm;
-        if !own || !round || face.blocked != [] || self.lens.stop == 1 || self.lens.image() < 3 {
+        if !own
+            || !round
+            || !face.blocked.is_empty()
+            || self.lens.stop == 1
+            || self.lens.image() < 3
+        {
             return;
         }
         self.lens.surface.remove(1);

@@ -23,27 +23,27 @@ struct Row {
     edge: Option<(LensEdge, bool)>,
 }
 
+/// Whether the format holds a surface.
+///
+/// # Errors
+/// A curve or phase that it cannot hold, as what was found and what was expected.
+pub(crate) fn zemax_holds(_: &Outgoing, face: &Face) -> Result<(), Refusal> {
+    zemax_type(face).map(|_| ())
+}
+
 /// The text of a prescription.
 ///
 /// # Errors
-/// The number of a surface that the format cannot hold, with what was found and what was expected; not if `skip_unknown`.
+/// The number of a surface that the format cannot hold, with what was found and what was expected.
 pub(crate) fn zemax_text(
     outgoing: &Outgoing,
-    skip_unknown: bool,
     losses: &mut Losses,
 ) -> Result<String, (usize, Refusal)> {
     let lens = &outgoing.lens;
     let glasses = ZemaxGlasses::of(&outgoing.media);
     let mut rows: Vec<Row> = Vec::new();
     for (i, face) in lens.surface.iter().enumerate() {
-        let kind = match zemax_type(face) {
-            Ok(kind) => kind,
-            Err((found, _)) if skip_unknown => {
-                left_out(&outgoing.path, i, &found, losses);
-                bare(face)
-            }
-            Err(refusal) => return Err((i, refusal)),
-        };
+        let kind = zemax_type(face).map_err(|refusal| (i, refusal))?;
         if let Some(last) = rows.last_mut() {
             last.thickness_mm += kind.offset_mm;
         }
@@ -112,24 +112,6 @@ fn glass_at(
 ) -> Option<String> {
     let waves = outgoing.lens.wavelength_um.len();
     glasses.record(outgoing.media.get(i)?, waves, losses)
-}
-
-/// Warns of a curve or phase that is left out.
-pub(crate) fn left_out(path: &[String], i: usize, found: &str, losses: &mut Losses) {
-    let path = path.get(i).map_or("", String::as_str);
-    losses.warn(format!(
-        "{path} is a conic without a phase in the file, which cannot hold {found}. Light behind it goes another way."
-    ));
-}
-
-/// The conic alone.
-fn bare(face: &Face) -> ZemaxType {
-    ZemaxType {
-        word: "STANDARD",
-        curvature: face.curve.curvature,
-        conic: face.curve.conic,
-        ..ZemaxType::default()
-    }
 }
 
 impl ZemaxType {

@@ -16,7 +16,7 @@ fn lenses_of_the_catalogue_have_the_focal_lengths_of_their_makers() {
         ("Edmund Optics 65564", 1.5, 0.01, 1.0),
         ("EO 65988", 15.0, 0.05, 12.0),
         ("49-663", 35.0, 0.05, 25.0),
-        ("acl3026u", 26.5, 0.8, 27.0),
+        ("acl3026u", 26.5, 0.8, 30.0),
         ("LA1131-A", 50.0, 0.3, 25.4),
     ] {
         let lens = catalog_lens(name).unwrap();
@@ -47,12 +47,8 @@ fn a_folder_lists_all_its_files_with_their_facts_or_faults() {
     let all = LensFolder::open(&folder(), None).unwrap();
     assert_eq!(all.lenses.len(), 49);
     let faults: Vec<(&Path, &str)> = all.faults().collect();
-    let mut names: Vec<String> = faults
-        .iter()
-        .map(|(path, _)| path.file_name().unwrap().to_string_lossy().into_owned())
-        .collect();
-    names.sort();
-    assert_eq!(names, ["US08427765-1.ZMX", "achroMangin_ok.seq"]);
+    assert_eq!(faults.len(), 1, "{faults:?}");
+    assert!(faults[0].0.ends_with("US08427765-1.ZMX"));
     assert!(faults.iter().all(|(_, fault)| fault.contains("glass")));
 
     let search = LensSearch {

@@ -1,24 +1,8 @@
-//! `raylet export` of lens files, and `raylet lenses`.
+//! `raylet export` of lens files.
 
 use std::fs;
-use std::path::{Path, PathBuf};
-use std::process::{Command, Output};
 
-fn run(room: &Path, arguments: &[&str]) -> Output {
-    Command::new(env!("CARGO_BIN_EXE_raylet"))
-        .current_dir(room)
-        .args(arguments)
-        .output()
-        .unwrap()
-}
-
-fn text(bytes: &[u8]) -> String {
-    String::from_utf8(bytes.to_vec()).unwrap()
-}
-
-fn scenes() -> PathBuf {
-    Path::new(env!("CARGO_MANIFEST_DIR")).join("../../scenes")
-}
+use crate::lens_files::{run, scenes, text};
 
 #[test]
 fn scenes_and_lens_files_become_lens_files() {
@@ -66,34 +50,4 @@ fn a_file_that_cannot_be_written_is_one_clear_error() {
         assert!(error.contains(words), "{error}");
     }
     assert_eq!(fs::read_dir(room.path()).unwrap().count(), 0);
-}
-
-#[test]
-fn lists_have_the_lenses_that_fit() {
-    let room = tempfile::tempdir().unwrap();
-    let folder = scenes().join("prescriptions");
-    let folder = folder.to_str().unwrap();
-    let done = run(
-        room.path(),
-        &[
-            "lenses",
-            folder,
-            "--focal-mm",
-            "99,101",
-            "--text",
-            "achromatic",
-        ],
-    );
-    assert!(done.status.success(), "{}", text(&done.stderr));
-    let rows = text(&done.stdout);
-    assert_eq!(rows.lines().count(), 2, "{rows}");
-    assert!(
-        rows.contains("CODV_32327.seq") && rows.contains("100.0"),
-        "{rows}"
-    );
-    assert!(text(&done.stderr).contains("not read: "));
-    let done = run(room.path(), &["lenses", "--maker", "thorlabs"]);
-    assert_eq!(text(&done.stdout).lines().count(), 3);
-    let done = run(room.path(), &["lenses", "--focal-mm", "5,1"]);
-    assert_eq!(done.status.code(), Some(2));
 }
