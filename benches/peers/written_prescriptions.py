@@ -34,10 +34,9 @@ STARTS = [(0.0, 0.0), (0.0, 0.7), (0.4, -0.3), (-0.2, 0.3)]
 Numbers = tuple[float, list[tuple[float, float]]]
 
 
-def of_optiland(path: Path, radius: float, unit: float) -> Numbers:
-    """The numbers of Optiland, which does not convert units."""
+def of_optiland(path: Path, radius: float, unit: float, wave: float) -> Numbers:
+    """The numbers of Optiland at a wavelength in µm; it does not convert units."""
     lens = load_zemax_file(str(path))
-    wave = float(lens.primary_wavelength)
     back, landings = (0.5 * radius + 1.0) / unit, []
     for px, py in STARTS:
         values = (px * radius / unit, py * radius / unit, -back, 0.0, 0.0, 1.0, 1.0, wave)
@@ -45,14 +44,21 @@ def of_optiland(path: Path, radius: float, unit: float) -> Numbers:
         lens.surfaces.trace(beam)
         lens.surfaces[-1].geometry.localize(beam)
         landings.append((float(np.ravel(beam.x)[0]) * unit, float(np.ravel(beam.y)[0]) * unit))
-    return abs(float(np.ravel(lens.paraxial.f2())[0])) * unit, landings
+    try:
+        focal_length = abs(float(np.ravel(lens.paraxial.f2())[0])) * unit
+    except Exception:
+        focal_length = math.nan
+    return focal_length, landings
 
 
-def of_rayoptics(path: Path, radius: float, unit: float) -> Numbers:
+def of_rayoptics(path: Path, radius: float, unit: float, wave: float) -> Numbers:
     """The numbers of ray-optics, which does not convert units either."""
     model = open_model(path)
     spectrum, sequence = model["optical_spec"]["wvls"], model["seq_model"]
-    wave_nm = float(spectrum.wavelengths[spectrum.reference_wvl])
+    wave_nm = 1e3 * wave
+    spectrum.reference_wvl = min(
+        range(len(spectrum.wavelengths)), key=lambda place: abs(spectrum.wavelengths[place] - wave_nm)
+    )
     sequence.gaps[-1].thi += model["optical_spec"]["focus"].focus_shift
     model.update_model()
     focal_length = abs(float(compute_first_order(model, sequence.stop_surface or 1, wave_nm).fod.efl))
@@ -66,12 +72,12 @@ def of_rayoptics(path: Path, radius: float, unit: float) -> Numbers:
     return focal_length * unit, landings
 
 
-def compared(read: Callable[..., Numbers], first: Path, second: Path, unit: float, radius: float) -> str:
+def compared(read: Callable[..., Numbers], first: Path, second: Path, unit: float, radius: float, wave: float) -> str:
     """How far the numbers of two files differ, or why one has none."""
     numbers = []
     for path, scale in ((first, unit), (second, 1.0)):
         try:
-            numbers.append(read(path, radius, scale))
+            numbers.append(read(path, radius, scale, wave))
         except Exception as error:
             return f"{path.suffix} refused: {type(error).__name__}"
     (f, there), (g, here) = numbers
@@ -97,12 +103,14 @@ def main() -> None:
             if done.returncode:
                 print(f"{path.name}: {done.stderr.splitlines()[0]}")
                 continue
-            width = [line.split()[-1] for line in done.stdout.splitlines() if "entrance pupil diameter" in line]
+            told = done.stdout.splitlines()
+            width = [line.split()[-1] for line in told if "entrance pupil diameter" in line]
+            wave = [line.split()[3].rstrip(",") for line in told if line.startswith("Its wavelengths are")]
             text = path.read_bytes().replace(b"\x00", b"").decode("latin-1")
             unit = 25.4 if "UNIT IN " in text or "DIM   I" in text else 1.0
             for name, read, ends in peers:
                 if end in ends:
-                    answer = compared(read, path, target, unit, 0.5 * float(width[0]))
+                    answer = compared(read, path, target, unit, 0.5 * float(width[0]), float(wave[0]))
                     print(f"{path.name}: {name} {answer}", flush=True)
 
 

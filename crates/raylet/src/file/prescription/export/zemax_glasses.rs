@@ -13,6 +13,9 @@ pub(crate) const LINES_MM: [f64; 3] = [0.486_132_7e-3, 0.587_561_8e-3, 0.656_272
 pub(crate) const MATERIALS: &str = "MATERIAL";
 const MISCELLANEOUS: &str = "MISC";
 
+/// A name that files of OpticStudio and its readers share, where the catalogue has several in capitals.
+const COMMON: &str = "SILICA";
+
 /// The glasses of a prescription.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct ZemaxGlasses {
@@ -94,7 +97,14 @@ impl ZemaxGlasses {
         // Files of OpticStudio have capitals.
         let capitals = |name: &&&str| name.chars().all(|c| !c.is_lowercase() && c != ' ');
         let preferred = glass.names.iter().filter(capitals);
-        let mut names = preferred.chain(&glass.names).map(word);
+        let common = glass
+            .names
+            .iter()
+            .any(|name| name.eq_ignore_ascii_case(COMMON));
+        let first = common.then(|| COMMON.to_owned());
+        let mut names = first
+            .into_iter()
+            .chain(preferred.chain(&glass.names).map(word));
         names.find(found)
     }
 
