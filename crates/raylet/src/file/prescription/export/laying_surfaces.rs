@@ -366,6 +366,7 @@ impl Laying<'_> {
             thickness_mm: 0.0,
             curve: part.curve,
             phase: part.phase,
+            grid: None,
             behind: match part.reflects {
                 true => Behind::Reflected,
                 false => behind(&self.inside),

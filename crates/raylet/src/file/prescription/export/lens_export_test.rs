@@ -50,6 +50,7 @@ fn original(scene: &Scene, written: &WrittenLens) -> ImportedLens {
         scene,
         report: ImportReport::default(),
         first_element_mm: -written.first_surface_mm,
+        arrays: Vec::new(),
     }
 }
 

@@ -57,7 +57,9 @@ impl LensFacts {
     /// # Errors
     /// The first fault of the file.
     pub fn of(bytes: &[u8], path: &Path) -> Result<Self, Fault> {
-        OpenedLens::seen(bytes, path, |text, opened| Self::of_opened(text, opened, path))
+        OpenedLens::seen(bytes, path, |text, opened| {
+            Self::of_opened(text, opened, path)
+        })
     }
 
     /// The facts of a lens that is read.
