@@ -75,10 +75,10 @@ impl<'a> OnwardWay<'a> {
             return Some(found);
         };
         let mut both = found;
-        for a in 0..2 {
+        for (a, own) in own.into_iter().enumerate() {
             let [low, high] = [2 * a, 2 * a + 1];
-            both.bounds[low] = found.bounds[low].max(on.bounds[low].min(-own[a]));
-            both.bounds[high] = found.bounds[high].min(on.bounds[high].max(own[a]));
+            both.bounds[low] = found.bounds[low].max(on.bounds[low].min(-own));
+            both.bounds[high] = found.bounds[high].min(on.bounds[high].max(own));
         }
         let some = (0..2).all(|a| both.bounds[2 * a] < both.bounds[2 * a + 1]);
         some.then_some(both)

@@ -64,16 +64,13 @@ pub(crate) fn element_cells<'a>(
     };
     let flat = cells.open.as_ref().filter(|open| open.along.is_none());
     cells.aperture = flat.map(|open| open.aperture.seen_from(open.placement));
-    if choices.whole_grid {
-        if cells
-            .open
-            .take()
-            .is_some_and(|open| open.closed(cells.size()) > 0)
-        {
-            cells.losses.push(String::from(
-                "the aperture of the element: the whole grid is drawn",
-            ));
-        }
+    if choices.whole_grid
+        && let Some(open) = cells.open.take()
+        && open.closed(cells.size()) > 0
+    {
+        cells.losses.push(String::from(
+            "the aperture of the element: the whole grid is drawn",
+        ));
     }
     cells.designed = designed_levels(scene, chosen.number, chosen.layer);
     if chosen.doe.layer.len() > 1 {
@@ -371,10 +368,12 @@ pub(crate) fn is_analytic(scene: &Scene, choices: &ExportChoices) -> Result<bool
 /// # Errors
 /// When they are too many.
 fn cells_within(file: &Path, bounds: [f64; 4], pitch: [f64; 2]) -> Result<[usize; 2], Fault> {
-    let counts = [0, 1].map(|a| {
-        let half = bounds[2 * a + 1].max(-bounds[2 * a]);
-        (2.0 * half / pitch[a] * (1.0 - 1e-12)).ceil().max(1.0)
-    });
+    let [x0, x1, y0, y1] = bounds;
+    let count = |low: f64, high: f64, pitch: f64| {
+        let cells = 2.0 * high.max(-low) / pitch;
+        (cells * (1.0 - 1e-12)).ceil().max(1.0)
+    };
+    let counts = [count(x0, x1, pitch[0]), count(y0, y1, pitch[1])];
     if let Some(many) = counts.iter().find(|count| **count > MOST_CELLS) {
         let found = format!("a pitch that makes {many} cells along an axis");
         return Err(choice_fault(file, "pitch_um", found, "at most 1e7 cells"));
