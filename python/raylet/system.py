@@ -88,11 +88,13 @@ def load(
         )
     else:
         scene = _raylet.Scene.read(os.fspath(path))
-    return imported(scene, report, os.fspath(path))
+    return imported(scene, report, os.fspath(path), arrays)
 
 
-def imported(scene: _raylet.Scene, report: str, name: str) -> System:
-    """A system of a scene that was read, and of the report of its import."""
+def imported(
+    scene: _raylet.Scene, report: str, name: str, arrays: Sequence[tuple[str, NDArray[np.float64]]] = ()
+) -> System:
+    """A system of a scene that was read, of the report of its import, and of arrays by the paths of their fields."""
     system = System.__new__(System)
     system.import_report = report
     system._document = without_none(json.loads(scene.to_json()))

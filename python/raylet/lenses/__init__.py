@@ -85,7 +85,7 @@ def catalog(name: str | None = None, *, field: int = 1, wavelength: int | None =
 
 @public_calls
 class LensFolder:
-    """The lens files (.zmx, .seq) of a folder and of the folders in it, as a list that can be searched.
+    """The lens files (.zmx, .zar, .seq) of a folder and of the folders in it, as a list that can be searched.
 
     All files are read once. With `index`, the name of a file that raylet may write, only files of another size or time
     than there are read again.
