@@ -3,8 +3,8 @@
 //! The axis is taken as straight: turns and shifts of it do not count. Heights are y (mm), slopes are optical: p = n·u along
 //! the way of the light.
 
+use crate::file::prescription::face_grid::GridKind;
 use crate::file::prescription::glasses::glass_choice::MediumBehind;
-use crate::file::prescription::imported_grids::GridKind;
 use crate::file::prescription::sequential::{Action, ApertureRule, Behind, FieldKind, Sequential};
 use crate::file::scene::layer::Layer;
 use crate::optics::zernike::ZernikeSum;

@@ -26,7 +26,7 @@ use crate::file::prescription::lens_table::read_table;
 use crate::file::prescription::lens_text::LensText;
 use crate::file::prescription::rim_sizes::{ATTEMPTS, Fields};
 use crate::file::prescription::scene_elements::{Elements, Laying};
-use crate::file::prescription::scene_light::{Light, assembled, shift_sensor};
+use crate::file::prescription::scene_light::{Light, assembled, centre_aperture, shift_sensor};
 use crate::file::prescription::sequential::{ApertureRule, Behind, FieldKind, Sequential};
 use crate::file::prescription::zemax::zemax_reader::read_zemax;
 use crate::file::scene::element::Element;
@@ -299,27 +299,6 @@ fn focused(
         _ => return Err(text.fault_of_file("a paraxial image infinitely far", "a finite one")),
     }
     Ok(lens)
-}
-
-/// Centres an aperture before the lens on the chief ray where that would miss it, as before mirrors off their axes; false where it
-/// stays.
-fn centre_aperture(scene: &mut Scene, entry: Option<[f64; 2]>, losses: &mut Losses) -> bool {
-    let (Some(Element::Stop(stop)), Some([x, y])) = (scene.element.first_mut(), entry) else {
-        return false;
-    };
-    let Some(disc) = &mut stop.aperture.disc else {
-        return false;
-    };
-    let distance = x.hypot(y);
-    let aside = distance > disc.radius_mm && distance.is_finite();
-    if stop.name.as_deref() != Some("aperture") || !aside {
-        return false;
-    }
-    disc.centre_mm = [x, y].map(|at| (at * 1e9).round() / 1e9 + 0.0);
-    losses.change(format!(
-        "The aperture before the first element is centred on the chief ray, at ({x:.6}, {y:.6}) mm."
-    ));
-    true
 }
 
 /// How many there are of something, in words.

@@ -5,6 +5,7 @@
 //! | `lens_text` | The text of a lens file: its encoding, its lines as records, and faults that point into it |
 //! | `lens_file` | The bytes of a lens file on the disk |
 //! | `sequential` | A sequential prescription, in millimetres, whatever its format |
+//! | `face_grid` | Values on a grid that shape a surface of a lens file or its phase |
 //! | `imported_grids` | Arrays of values inside a lens file, which its scene names |
 //! | `import_report` | What an import tells: what was read, what was changed, and what was left out |
 //! | `outline` | Apertures of surfaces, from the numbers of a file |
@@ -35,6 +36,7 @@ pub(crate) mod archive;
 pub(crate) mod codev;
 pub(crate) mod element_parts;
 pub mod export;
+pub(crate) mod face_grid;
 pub(crate) mod first_order;
 pub(crate) mod glasses;
 #[cfg(test)]

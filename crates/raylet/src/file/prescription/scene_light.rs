@@ -3,6 +3,7 @@
 use crate::file::decode::origin::Origin;
 use crate::file::model::scene_arrays::Arrays;
 use crate::file::prescription::first_order::FirstOrder;
+use crate::file::prescription::import_report::Losses;
 use crate::file::prescription::sequential::Sequential;
 use crate::file::scene::element::{Element, SensorElement};
 use crate::file::scene::illumination::{Illumination, PlaneIllumination, PointIllumination};
@@ -92,4 +93,29 @@ pub(crate) fn shift_sensor(mut scene: Scene, shift: [f64; 2]) -> Scene {
         sensor.decenter_mm = shift;
     }
     scene
+}
+
+/// Centres an aperture before the lens on the chief ray where that would miss it, as before mirrors off their axes; false where it
+/// stays.
+pub(crate) fn centre_aperture(
+    scene: &mut Scene,
+    entry: Option<[f64; 2]>,
+    losses: &mut Losses,
+) -> bool {
+    let (Some(Element::Stop(stop)), Some([x, y])) = (scene.element.first_mut(), entry) else {
+        return false;
+    };
+    let Some(disc) = &mut stop.aperture.disc else {
+        return false;
+    };
+    let distance = x.hypot(y);
+    let aside = distance > disc.radius_mm && distance.is_finite();
+    if stop.name.as_deref() != Some("aperture") || !aside {
+        return false;
+    }
+    disc.centre_mm = [x, y].map(|at| (at * 1e9).round() / 1e9 + 0.0);
+    losses.change(format!(
+        "The aperture before the first element is centred on the chief ray, at ({x:.6}, {y:.6}) mm."
+    ));
+    true
 }

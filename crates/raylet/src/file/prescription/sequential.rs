@@ -1,6 +1,6 @@
 //! A sequential prescription: what any program for lens design writes down of a lens, in millimetres, whatever its format.
 
-use crate::file::prescription::imported_grids::{FaceGrid, GridKind};
+use crate::file::prescription::face_grid::{FaceGrid, GridKind};
 use crate::file::scene::aperture::Aperture;
 use crate::file::scene::layer::Layer;
 use crate::file::scene::material::OwnMedium;

@@ -10,7 +10,7 @@ use std::sync::Arc;
 use ndarray::Array2;
 
 use crate::file::decode::fault::Fault;
-use crate::file::prescription::imported_grids::{FaceGrid, GridKind};
+use crate::file::prescription::face_grid::{FaceGrid, GridKind};
 use crate::file::prescription::lens_text::{LensText, Record};
 use crate::file::prescription::sequential::Curve;
 use crate::file::prescription::zemax::zemax_shape::{

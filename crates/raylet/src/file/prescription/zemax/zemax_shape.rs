@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 use std::path::PathBuf;
 
-use crate::file::prescription::imported_grids::FaceGrid;
+use crate::file::prescription::face_grid::FaceGrid;
 use crate::file::prescription::sequential::{Action, Curve, Turn};
 use crate::file::prescription::zemax::zemax_grid::RawGrid;
 use crate::file::scene::layer::{GratingLayer, Layer, PhaseTerm, PolynomialLayer, RadialLayer};
