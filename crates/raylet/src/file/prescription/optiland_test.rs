@@ -87,6 +87,15 @@ pub(crate) fn with_indices(text: &str, indices: &[f64]) -> String {
 
 /// Where a ray from a point of the first surface's vertex plane meets the image, in mm on its axes.
 pub(crate) fn landing(lens: &ImportedLens, start: [f64; 2], direction: Vec3) -> [f64; 2] {
+    landing_of(lens, start, direction).unwrap()
+}
+
+/// The same; nothing where the ray misses a surface.
+pub(crate) fn landing_of(
+    lens: &ImportedLens,
+    start: [f64; 2],
+    direction: Vec3,
+) -> Option<[f64; 2]> {
     // Rims are no matter here: rays lie on them.
     let made = system(&lens.scene, 0).unwrap().without_edges();
     let origin = Vec3::new(0.0, 0.0, 0.0);
@@ -96,10 +105,12 @@ pub(crate) fn landing(lens: &ImportedLens, start: [f64; 2], direction: Vec3) -> 
     // A ray is given by where it meets the first screen, which may be curved.
     let mut at = ahead(0.0);
     for _ in 0..50 {
-        at = ahead(made.screens[0].shape.sag(at[0], at[1]).unwrap());
+        at = ahead(made.screens[0].shape.sag(at[0], at[1])?);
     }
     let ray = trace_system(&made, &source, at);
-    assert_eq!(ray.lost, None);
+    if ray.lost.is_some() {
+        return None;
+    }
     let hit = made
         .screens
         .last()
@@ -109,7 +120,7 @@ pub(crate) fn landing(lens: &ImportedLens, start: [f64; 2], direction: Vec3) -> 
     let Some(Element::Sensor(sensor)) = lens.scene.element.last() else {
         panic!("no sensor");
     };
-    [hit.x + sensor.decenter_mm[0], hit.y + sensor.decenter_mm[1]]
+    Some([hit.x + sensor.decenter_mm[0], hit.y + sensor.decenter_mm[1]])
 }
 
 /// Millimetres in the unit of the file; Optiland does not convert.

@@ -8,7 +8,7 @@ use crate::file::model::build::system;
 use crate::file::prescription::export::lens_export::{WrittenLens, lens_file};
 use crate::file::prescription::import::{ImportChoices, ImportedLens, import_bytes, import_lens};
 use crate::file::prescription::import_report::ImportReport;
-use crate::file::prescription::optiland_test::{folder, landing};
+use crate::file::prescription::optiland_test::{folder, landing_of};
 use crate::file::scene::element::{Element, StopElement};
 use crate::file::scene::scene_file::Scene;
 use crate::math::vec3::Vec3;
@@ -66,8 +66,13 @@ fn apart(scene: &Scene, written: &WrittenLens, again: &ImportedLens) -> f64 {
     let differences = RAYS.map(|[x, y, p, q]| {
         let direction = Vec3::new(p, q, (1.0 - p * p - q * q).sqrt());
         let start = [x * radius, y * radius];
-        let [one, two] = [&first, again].map(|lens| landing(lens, start, direction));
-        (one[0] - two[0]).hypot(one[1] - two[1]) / size
+        let both = [&first, again].map(|lens| landing_of(lens, start, direction));
+        match both {
+            [Some(one), Some(two)] => (one[0] - two[0]).hypot(one[1] - two[1]) / size,
+            // The pupil of a rod lens is wider than the rod: its outer rays miss it, in both.
+            [None, None] if [x, y] != [0.0; 2] => 0.0,
+            _ => f64::INFINITY,
+        }
     });
     differences.into_iter().fold(0.0, f64::max)
 }

@@ -45,7 +45,7 @@ fn lenses_of_the_catalogue_have_the_focal_lengths_of_their_makers() {
 #[test]
 fn a_folder_lists_all_its_files_with_their_facts_or_faults() {
     let all = LensFolder::open(&folder(), None).unwrap();
-    assert_eq!(all.lenses.len(), 49);
+    assert_eq!(all.lenses.len(), 52);
     let faults: Vec<(&Path, &str)> = all.faults().collect();
     assert_eq!(faults.len(), 1, "{faults:?}");
     assert!(faults[0].0.ends_with("US08427765-1.ZMX"));
