@@ -8,7 +8,7 @@
 //! energy that it cuts, of what would land on the target, is more than half the target error: a safe bound of
 //! the error of leaving it out. Rims of larger surfaces accept or refuse each beamlet by its chief ray; the
 //! energy that this puts on the wrong side of the edge is in the error budget. Local bands need no samples of a whole aperture:
-//! where they carry the light, a rim that cuts a noticeable part of it is a screen at any size ([`Rimmed::of_any_size`]).
+//! where they carry the light, a rim that cuts a noticeable part of it is a screen at any size (`of_any_size`).
 
 use crate::engine::plan::settings::Settings;
 use crate::engine::rims::edge_diffraction::edge_waves;
