@@ -5,7 +5,7 @@ use std::path::PathBuf;
 
 use crate::file::prescription::face_grid::FaceGrid;
 use crate::file::prescription::sequential::{Action, Curve, Turn};
-use crate::file::prescription::zemax::zemax_grid::RawGrid;
+use crate::file::prescription::zemax::grid_records::RawGrid;
 use crate::file::scene::layer::{GratingLayer, Layer, PhaseTerm, PolynomialLayer, RadialLayer};
 use crate::file::scene::surface_shape::{
     BiconicShape, OddShape, PolynomialShape, PolynomialTerm, Shape, ToroidShape,
