@@ -3,6 +3,8 @@
 //! A bare aperture leaves directions as they are. So of the light that an element or an edge sends there aside, only that counts
 //! which goes on to the next element or the sensor, and the light of the source itself, which the aperture may diffract. What an
 //! edge diffracts of light that another edge has diffracted to pass it is left out: it is the product of two small shares.
+//! Pixels send much of their light aside, and the edge of an aperture may turn it to the sensor: behind them all directions are
+//! followed. With fewer, the field behind a small stop that follows random pixels was wrong by 1.6e-2 in place of 1e-3.
 
 use crate::engine::local_bands::chirped_beamlet::ChirpedStart;
 use crate::engine::local_bands::settings::LocalBandSettings;
@@ -25,7 +27,8 @@ pub(crate) struct OnwardWay<'a> {
 }
 
 impl<'a> OnwardWay<'a> {
-    /// Of the hop with this number; nothing where it ends at an element or the sensor, or where what follows has no edge.
+    /// Of the hop with this number; nothing where it ends at an element or the sensor, begins at pixels, or where what follows has
+    /// no edge.
     pub(crate) fn behind(
         system: &'a System,
         settings: &LocalBandSettings,
@@ -34,6 +37,9 @@ impl<'a> OnwardWay<'a> {
     ) -> Option<Self> {
         let bare = |screen: &Screen| matches!(screen.kind, ScreenKind::Stop(_));
         let from = system.screens.get(number)?;
+        if matches!(&from.kind, ScreenKind::Doe(doe) if doe.pixels().is_some()) {
+            return None;
+        }
         let last = (number + 1..system.screens.len()).find(|n| !bare(&system.screens[*n]))?;
         if last == number + 1 {
             return None;
