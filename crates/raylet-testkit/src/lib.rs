@@ -12,6 +12,7 @@
 //! | [`patterns`] | Two elements in free space on which ways to sample are compared |
 //! | [`smiley`] | The line drawing of the source paper's holograms |
 //! | [`strong_mirror`] | A small mirror on which beamlets miss their target error |
+//! | [`mutations`] | Altered files, for tests of readers |
 //! | [`dot_product`] | The inner products of dot-product tests |
 //! | [`scattered`] | A tilted element with rays on it, for scattering |
 //! | [`scenes`] | Scene files of the repository and texts of scenes |
@@ -26,6 +27,7 @@
 )]
 
 pub mod dot_product;
+pub mod mutations;
 pub mod noise;
 pub mod paper_systems;
 pub mod parts;

@@ -102,6 +102,7 @@ extern crate self as raylet;
 )]
 mod fixtures {
     pub(crate) mod dot_product;
+    pub(crate) mod mutations;
     pub(crate) mod noise;
     pub(crate) mod paper_systems;
     pub(crate) mod parts;

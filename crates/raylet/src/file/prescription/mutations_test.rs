@@ -8,6 +8,7 @@ use std::path::Path;
 use crate::file::prescription::import::{ImportChoices, import_bytes};
 use crate::file::prescription::lens_text::decoded;
 use crate::file::scene::scene_file::Scene;
+use crate::fixtures::mutations::{Numbers, mutation_count};
 
 /// Mutations of an ordinary run.
 const MUTATIONS: u64 = 600;
@@ -123,20 +124,6 @@ const CODEV: [&str; 45] = [
     "GO",
 ];
 
-/// Numbers of a hash, one after another.
-struct Numbers(u64);
-
-impl Numbers {
-    /// The next one below `end`.
-    fn below(&mut self, end: usize) -> usize {
-        self.0 = self.0.wrapping_add(0x9e37_79b9_7f4a_7c15);
-        let mut mixed = self.0;
-        mixed = (mixed ^ (mixed >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
-        mixed = (mixed ^ (mixed >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
-        ((mixed ^ (mixed >> 31)) % end.max(1) as u64) as usize
-    }
-}
-
 /// The text of a file, with one to four of its lines or numbers altered.
 fn altered(text: &str, records: &[&str], separator: u8, numbers: &mut Numbers) -> Vec<u8> {
     let separator = char::from(separator);
@@ -240,8 +227,7 @@ fn mutate(kind: &str, records: &[&str]) {
 
 /// Reads altered texts of this kind, whose words stand between separators.
 fn mutate_texts(kind: &str, records: &[&str], texts: &[String], separator: u8) {
-    let wanted = std::env::var("RAYLET_MUTATIONS").ok();
-    let count = wanted.map_or(MUTATIONS, |count| count.parse().unwrap());
+    let count = mutation_count(MUTATIONS);
     let (name, mut scenes) = (format!("a.{kind}"), 0);
     for seed in 0..count {
         let mut numbers = Numbers(seed);

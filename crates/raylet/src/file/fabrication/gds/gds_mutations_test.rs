@@ -14,55 +14,13 @@ use crate::file::fabrication::export::{ExportSource, export_element};
 use crate::file::fabrication::export_choices::{ExportChoices, Masks, Quantity};
 use crate::file::fabrication::gds::gds_reader::read_stream;
 use crate::file::fabrication::npy_rows::npy_rows;
+use crate::fixtures::mutations::{Numbers, altered_bytes, mutation_count};
 
 /// Mutations of an ordinary run.
 const MUTATIONS: u64 = 3000;
 
-/// Numbers of a hash, one after another.
-struct Numbers(u64);
-
-impl Numbers {
-    /// The next one below `end`.
-    fn below(&mut self, end: usize) -> usize {
-        self.0 = self.0.wrapping_add(0x9e37_79b9_7f4a_7c15);
-        let mut mixed = self.0;
-        mixed = (mixed ^ (mixed >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
-        mixed = (mixed ^ (mixed >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
-        ((mixed ^ (mixed >> 31)) % end.max(1) as u64) as usize
-    }
-}
-
-fn count() -> u64 {
-    let wanted = std::env::var("RAYLET_MUTATIONS").ok();
-    wanted.map_or(MUTATIONS, |count| count.parse().unwrap())
-}
-
-/// The bytes of a file, with one to four places altered.
-fn altered(bytes: &[u8], numbers: &mut Numbers) -> Vec<u8> {
-    let mut bytes = bytes.to_vec();
-    for _ in 0..=numbers.below(4) {
-        let at = numbers.below(bytes.len());
-        match numbers.below(6) {
-            0 => bytes[at] ^= 1 << numbers.below(8),
-            1 => bytes[at] = [0, 1, 0x7f, 0x80, 0xff][numbers.below(5)],
-            2 => {
-                let end = (at + 4).min(bytes.len());
-                bytes[at..end].fill([0x7f, 0x80, 0xff][numbers.below(3)]);
-            }
-            3 => {
-                let from = numbers.below(bytes.len());
-                let piece = bytes[from..(from + 64).min(bytes.len())].to_vec();
-                bytes.splice(at..at, piece);
-            }
-            4 => drop(bytes.drain(at..(at + 1 + numbers.below(16)).min(bytes.len()))),
-            _ => bytes.truncate(at.max(1)),
-        }
-        if bytes.is_empty() {
-            bytes.push(0);
-        }
-    }
-    bytes
-}
+/// Bytes before the shapes of a mask file, about, and before the values of an array.
+const HEAD: usize = 128;
 
 /// Mask files of a random and of a repeated pattern.
 fn masks(folder: &Path) -> Vec<Vec<u8>> {
@@ -93,9 +51,9 @@ fn mutated_mask_files_give_cells_or_an_error() {
     let room = tempfile::tempdir().unwrap();
     let files = masks(room.path());
     let mut good = 0;
-    for seed in 0..count() {
+    for seed in 0..mutation_count(MUTATIONS) {
         let mut numbers = Numbers(seed);
-        let bytes = altered(&files[numbers.below(files.len())], &mut numbers);
+        let bytes = altered_bytes(&files[numbers.below(files.len())], HEAD, &mut numbers);
         let choices = ExportChoices {
             pitch_um: Some([1.0; 2]),
             masks: [Masks::Each, Masks::Binary, Masks::Dose][numbers.below(3)],
@@ -125,7 +83,11 @@ fn mutated_mask_files_give_cells_or_an_error() {
             }
         }
     }
-    assert!(good > count() / 20, "{good} of {}", count());
+    assert!(
+        good > mutation_count(MUTATIONS) / 20,
+        "{good} of {}",
+        mutation_count(MUTATIONS)
+    );
 }
 
 #[test]
@@ -134,9 +96,9 @@ fn mutated_arrays_give_rows_or_an_error() {
     let path = room.path().join("a.npy");
     ndarray_npy::write_npy(&path, &Array2::<f32>::zeros((6, 5))).unwrap();
     let file = fs::read(&path).unwrap();
-    for seed in 0..count() / 3 {
+    for seed in 0..mutation_count(MUTATIONS) / 3 {
         let mut numbers = Numbers(seed);
-        fs::write(&path, altered(&file, &mut numbers)).unwrap();
+        fs::write(&path, altered_bytes(&file, HEAD, &mut numbers)).unwrap();
         match npy_rows(&path, None, Part::Phase, 1.0) {
             Ok(mut read) => {
                 let [nx, ny] = read.rows.size();

@@ -36,13 +36,13 @@ fn levels(count: u32, masks: Masks) -> ExportChoices {
 }
 
 /// Exports an array to a new file of a folder.
-fn exported(path: &Path, values: &Array2<f64>, choices: &ExportChoices) -> ExportReport {
+pub(crate) fn exported(path: &Path, values: &Array2<f64>, choices: &ExportChoices) -> ExportReport {
     let source = ExportSource::Array(BorrowedArray::Real(values.view()));
     export_element(source, path, choices).unwrap()
 }
 
 /// The levels that are read back, as an array.
-fn read(path: &Path, size: [usize; 2], choices: &ExportChoices) -> Array2<f64> {
+pub(crate) fn read(path: &Path, size: [usize; 2], choices: &ExportChoices) -> Array2<f64> {
     let choices = ExportChoices {
         size: Some(size),
         ..choices.clone()

@@ -20,5 +20,5 @@ pub(crate) mod gds_record;
 #[cfg(test)]
 pub(crate) mod gds_shapes;
 #[cfg(test)]
-mod gds_test;
+pub(crate) mod gds_test;
 pub(crate) mod gds_writer;

@@ -10,9 +10,9 @@ use ndarray::Array2;
 use crate::file::arrays::array::BorrowedArray;
 use crate::file::fabrication::export::{ExportSource, export_element};
 use crate::file::fabrication::export_choices::{ExportChoices, Masks, Quantity};
-use crate::file::fabrication::export_report::ExportReport;
 use crate::file::fabrication::gds::gds_reader::read_masks;
 use crate::file::fabrication::gds::gds_shapes::{Drawn, gds_shapes};
+use crate::file::fabrication::gds::gds_test::{exported, read};
 
 const ALL: [Masks; 3] = [Masks::Each, Masks::Binary, Masks::Dose];
 
@@ -38,22 +38,6 @@ fn choices(masks: Masks) -> ExportChoices {
         overwrite: true,
         ..ExportChoices::default()
     }
-}
-
-fn exported(path: &Path, values: &Array2<f64>, choices: &ExportChoices) -> ExportReport {
-    let source = ExportSource::Array(BorrowedArray::Real(values.view()));
-    export_element(source, path, choices).unwrap()
-}
-
-/// The levels that are read back.
-fn read(path: &Path, size: [usize; 2], choices: &ExportChoices) -> Array2<f64> {
-    let choices = ExportChoices {
-        size: Some(size),
-        ..choices.clone()
-    };
-    let read = read_masks(path, &choices).unwrap();
-    let values = read.levels.into_iter().map(f64::from).collect();
-    Array2::from_shape_vec((size[1], size[0]), values).unwrap()
 }
 
 /// Half the width of a picture in database units.

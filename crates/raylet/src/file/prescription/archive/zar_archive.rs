@@ -1,4 +1,4 @@
-//! The files of an archive of OpticStudio. Nothing is written to the disk, and only files that are asked for are unpacked.
+//! The files of an archive of OpticStudio. raylet unpacks only the files that it needs, and writes none of them to the disk.
 
 use std::io::{Read, Seek, SeekFrom};
 use std::path::{Path, PathBuf};

@@ -5,6 +5,7 @@
 use std::path::Path;
 
 use crate::file::prescription::glasses::glass_file::GlassFiles;
+use crate::fixtures::mutations::{Numbers, mutation_count};
 
 /// Mutations of an ordinary run.
 const MUTATIONS: u64 = 600;
@@ -26,20 +27,6 @@ const RECORDS: [&str; 8] = [
     "LD 2.5 0.3",
     "GC a remark",
 ];
-
-/// Numbers of a hash, one after another.
-struct Numbers(u64);
-
-impl Numbers {
-    /// The next one below `end`.
-    fn below(&mut self, end: usize) -> usize {
-        self.0 = self.0.wrapping_add(0x9e37_79b9_7f4a_7c15);
-        let mut mixed = self.0;
-        mixed = (mixed ^ (mixed >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
-        mixed = (mixed ^ (mixed >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
-        ((mixed ^ (mixed >> 31)) % end.max(1) as u64) as usize
-    }
-}
 
 /// A catalogue with a glass of this formula.
 fn catalogue(formula: usize) -> String {
@@ -78,8 +65,7 @@ fn altered(text: &str, numbers: &mut Numbers) -> Vec<u8> {
 
 #[test]
 fn mutated_catalogues_give_a_medium_or_an_error() {
-    let wanted = std::env::var("RAYLET_MUTATIONS").ok();
-    let count = wanted.map_or(MUTATIONS, |count| count.parse().unwrap());
+    let count = mutation_count(MUTATIONS);
     let mut good = 0;
     for seed in 0..count {
         let mut numbers = Numbers(seed);
