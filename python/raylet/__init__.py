@@ -15,6 +15,7 @@ from raylet import layers
 from raylet._raylet import __version__
 from raylet._refusal import RayletError
 from raylet.design import Design
+from raylet.exchange import Map, SampledField, read_beam, read_map, write_beam
 from raylet.fabrication import ExportReport, export_element, read_masks
 from raylet.functions import phase_function, sag_function
 from raylet.layers import (
@@ -54,9 +55,11 @@ __all__ = [
     "ExtendedSource",
     "Lens",
     "LensFolder",
+    "Map",
     "RayletError",
     "Rays",
     "Result",
+    "SampledField",
     "Secondary",
     "Sweep",
     "System",
@@ -89,6 +92,8 @@ __all__ = [
     "polygon",
     "radial",
     "radial_table",
+    "read_beam",
+    "read_map",
     "read_masks",
     "rectangle",
     "regular_polygon",
@@ -98,6 +103,7 @@ __all__ = [
     "superposition",
     "two_point",
     "vortex",
+    "write_beam",
     "xy",
     "zernike",
 ]

@@ -32,6 +32,8 @@ __all__ = [
     "hologram",
     "layout",
     "parts",
+    "read_beam",
+    "read_map",
     "read_masks",
     "scatter",
     "scatter_adjoint",
@@ -39,6 +41,8 @@ __all__ = [
     "sensor_panels",
     "simulate",
     "trace",
+    "unit_factor",
+    "write_beam",
     "write_files",
 ]
 
@@ -297,6 +301,20 @@ def parts(scene: Scene, arrays: dict[str, NDArray[Any]], channel: SupportsIndex)
     The parts of a system in the order light meets them, as JSON.
     """
 
+def read_beam(
+    path: str | PathLike[str], component: str, sphere: bool
+) -> tuple[NDArray[complex128], NDArray[float64], NDArray[float64], NDArray[float64], str]:
+    """
+    Reads a field.
+    """
+
+def read_map(
+    path: str | PathLike[str], key: str | None, fill: SupportsFloat | None, nearest: bool
+) -> tuple[NDArray[float64] | None, NDArray[complex128] | None, list[float] | None, str | None, str, list[str]]:
+    """
+    Reads a map; missing samples become `fill`, or the nearest other one.
+    """
+
 def read_masks(path: str | PathLike[str], choices: str) -> tuple[NDArray[int64], int]:
     """
     The levels [y, x] of a mask file, and their number.
@@ -362,6 +380,24 @@ def trace(
     Returns points (3, parts, rays) in mm, directions behind (3, parts, rays) and optical paths (parts, rays) in mm, at
     the `recorded` parts; fates (rays; 0 arrived, else the number of the loss); and derivatives (parameters, 5, rays) of
     x, y, L, M, path on the sensor. What a lost ray did not reach is NaN.
+    """
+
+def unit_factor(unit: str, key: str) -> float | None:
+    """
+    The factor from a unit to that of a key of a scene; None where they do not fit.
+    """
+
+def write_beam(
+    field: NDArray[complex128],
+    x_mm: NDArray[float64],
+    y_mm: NDArray[float64],
+    wavelength_um: NDArray[float64],
+    path: str | PathLike[str],
+    wavelength: SupportsIndex | None,
+    overwrite: bool,
+) -> str:
+    """
+    Writes a field [wavelength, y, x], and gives the report.
     """
 
 def write_files(files: SupportsGetItem[int, tuple[str | PathLike[str], bytes | bytearray]], overwrite: bool) -> None:

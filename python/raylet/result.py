@@ -13,6 +13,7 @@ from raylet._document import npz, write
 from raylet._refusal import MOST_WAVES, described
 
 if TYPE_CHECKING:
+    import xarray
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
@@ -164,6 +165,13 @@ class Result:
         waves = np.array(self.wavelength_um)
         content = npz(field=np.stack(self._fields), x_mm=self.x_mm, y_mm=self.y_mm, wavelength_um=waves)
         write({path: content}, overwrite=overwrite)
+
+    def to_xarray(self) -> xarray.Dataset:
+        """The field as an `xarray.Dataset`: `field` with the coordinates `wavelength_um`, `y_mm` and `x_mm`, units in
+        the attributes. It needs the package xarray."""
+        from raylet.exchange.labelled import dataset
+
+        return dataset(np.stack(self._fields), self.x_mm, self.y_mm, np.array(self.wavelength_um))
 
     def _repr_html_(self) -> str:
         from raylet.plotting import html

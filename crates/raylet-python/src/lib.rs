@@ -11,6 +11,7 @@
 //! | `trace` | Single rays through a system |
 //! | `inspect` | What a system looks like: its parts, its section, its elements |
 //! | `fabrication` | Elements as files that foundries and other programs take |
+//! | `exchange` | Measured maps, and fields of other programs |
 //! | `lenses` | Lens files that are written, and lenses by name |
 //! | `files` | Files that Python writes: complete or not at all, and never in place of foreign ones |
 //! | `arrays` | NumPy arrays that are read in place |
@@ -31,6 +32,7 @@
 mod arrays;
 mod design;
 mod document;
+mod exchange;
 mod fabrication;
 mod files;
 mod inspect;
@@ -49,6 +51,8 @@ mod watch;
 mod _raylet {
     #[pymodule_export]
     use crate::design::{design, hologram};
+    #[pymodule_export]
+    use crate::exchange::{read_beam, read_map, unit_factor, write_beam};
     #[pymodule_export]
     use crate::fabrication::{export_array, export_file, export_scene, read_masks};
     #[pymodule_export]

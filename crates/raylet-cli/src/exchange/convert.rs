@@ -1,4 +1,4 @@
-//! `raylet convert SOURCE -o FILE`: a field as a beam file of OpticStudio (.zbf), or as a NumPy archive (.npz).
+//! `raylet convert SOURCE -o FILE`: a field as a beam file of OpticStudio (.zbf), a FITS or HDF5 file, or a NumPy archive (.npz).
 
 use std::path::PathBuf;
 
@@ -11,12 +11,12 @@ use crate::compare::megabytes;
 use crate::failure::Failure;
 use crate::say::say;
 
-/// Converts a field to or from a beam file of OpticStudio, and reports scale, phase and what was left out.
+/// Converts a field to or from a beam file of OpticStudio, a FITS or an HDF5 file, and reports what was left out.
 #[derive(Args)]
 pub(crate) struct Convert {
-    /// A folder of results, a field.npz, or a beam file (.zbf).
+    /// A folder of results, a field.npz, a FITS file (.fits), an HDF5 file (.h5), or a beam file (.zbf).
     source: PathBuf,
-    /// The file to be written; its end decides on the format: .zbf or .npz.
+    /// The file to be written; its end decides on the format: .zbf, .npz, .fits or .h5.
     #[arg(short, long, value_name = "FILE")]
     out: PathBuf,
     /// Takes wavelength N, from 1; a beam file holds one.

@@ -18,7 +18,7 @@ use crate::file::decode::quantity::Quantity;
 
 /// A 2-D array indexed [y, x]; every value is finite.
 #[derive(Clone, Debug, PartialEq)]
-pub(crate) enum Array {
+pub enum Array {
     /// From float32, float64, any integer or bool.
     Real(Array2<f64>),
     /// From complex64 or complex128.

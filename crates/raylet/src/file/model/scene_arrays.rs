@@ -12,6 +12,7 @@ use crate::file::arrays::grid_text::GridHead;
 use crate::file::arrays::memory::MemoryLimit;
 use crate::file::decode::fault::Fault;
 use crate::file::decode::origin::Origin;
+use crate::file::maps::array_file::read_array;
 use crate::file::scene::element::Element;
 use crate::file::scene::illumination::{FieldIllumination, Illumination};
 use crate::file::scene::layer::{HeightLayer, Layer, PhaseGridLayer, PixelLayer, SumLayer};
@@ -433,7 +434,7 @@ impl<'a> Loader<'_, 'a> {
         let array = match self.by_file.get(&identity) {
             Some(array) => Arc::clone(array),
             None => {
-                let array = Array::read(&file, key, field, self.left)
+                let array = read_array(&file, key, field, self.left)
                     .map_err(|inner| self.origin.fault_of_file(&path, inner))?;
                 self.left = self.left.saturating_sub(array.bytes());
                 Arc::new(array)

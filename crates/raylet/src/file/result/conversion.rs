@@ -1,12 +1,13 @@
-//! Fields from one kind of file to another: folders of results, field.npz, beam files (.zbf).
+//! Fields from one kind of file to another: folders of results, field.npz, FITS, HDF5, beam files (.zbf).
 
-use std::io::{BufWriter, Write};
+use std::io::BufWriter;
 use std::path::Path;
 
 use ndarray::Axis;
 
 use crate::file::arrays::memory::MemoryLimit;
 use crate::file::arrays::npz::Fields;
+use crate::file::beams::field_file::FieldFormat;
 use crate::file::beams::zbf_fields::BeamChoices;
 use crate::file::beams::zbf_writer::BeamPlan;
 use crate::file::decode::fault::Fault;
@@ -28,7 +29,40 @@ pub struct ConversionChoices {
     pub limit: MemoryLimit,
 }
 
-/// Writes the fields of a source to a file .zbf or .npz, and reports what it holds.
+/// Reads the fields of a source and what it says of them.
+///
+/// # Errors
+/// A source that cannot be used, or arrays beyond the limit.
+pub fn read_field(
+    source: &Path,
+    choices: BeamChoices,
+    limit: MemoryLimit,
+) -> Result<(Fields, ExportReport), Fault> {
+    let read = FieldSource::read(source, choices, limit)?;
+    Ok((read.fields, read.report))
+}
+
+/// Writes fields to a file .zbf, .npz, .fits or .h5, and reports what it holds.
+///
+/// # Errors
+/// Fields that no file could give back, choices that do not fit, or a file that may not be replaced or cannot be
+/// written.
+pub fn write_field(
+    fields: &Fields,
+    target: &Path,
+    choices: &ConversionChoices,
+) -> Result<ExportReport, Fault> {
+    let target = Target::claim(target, choices.overwrite)?;
+    fields.check_for(target.file.path())?;
+    let source = FieldSource {
+        path: target.file.path().to_path_buf(),
+        fields: fields.clone(),
+        report: ExportReport::default(),
+    };
+    target.put(source, choices.wavelength)
+}
+
+/// Writes the fields of a source to a file .zbf, .npz, .fits or .h5, and reports what it holds.
 ///
 /// # Errors
 /// A source that cannot be used, choices that do not fit, or a file that may not be replaced or cannot be written.
@@ -37,55 +71,79 @@ pub fn convert_field(
     target: &Path,
     choices: &ConversionChoices,
 ) -> Result<ExportReport, Fault> {
-    let to_beam = has_extension(target, "zbf");
-    if !to_beam && !has_extension(target, "npz") {
-        let found = format!("the name {}", target.display());
-        return Err(Fault::of_file(
-            target,
-            found,
-            "a name ending in .zbf or .npz",
-        ));
-    }
     // A place that cannot be written is refused before the work begins.
-    let file = OwnFile::claim(target, Replace::any_if(choices.overwrite))?;
-    let FieldSource {
-        path,
-        fields,
-        mut report,
-    } = FieldSource::read(source, choices.beam, choices.limit)?;
-    let chosen = channel(&path, &fields, choices.wavelength)?;
-    if to_beam {
+    let target = Target::claim(target, choices.overwrite)?;
+    let source = FieldSource::read(source, choices.beam, choices.limit)?;
+    target.put(source, choices.wavelength)
+}
+
+/// A file that is to be written, and its format; a beam file where there is none.
+struct Target {
+    format: Option<FieldFormat>,
+    file: OwnFile,
+}
+
+impl Target {
+    fn claim(path: &Path, overwrite: bool) -> Result<Self, Fault> {
+        let format = FieldFormat::of(path);
+        if format.is_none() && !has_extension(path, "zbf") {
+            let found = format!("the name {}", path.display());
+            let expected = "a name ending in .zbf, .npz, .fits or .h5";
+            return Err(Fault::of_file(path, found, expected));
+        }
+        let file = OwnFile::claim(path, Replace::any_if(overwrite))?;
+        Ok(Self { format, file })
+    }
+
+    /// Writes the fields, or the chosen wavelength alone.
+    fn put(&self, source: FieldSource, wavelength: Option<usize>) -> Result<ExportReport, Fault> {
+        let FieldSource {
+            path,
+            fields,
+            mut report,
+        } = source;
+        let chosen = channel(&path, &fields, wavelength)?;
+        let Some(format) = self.format else {
+            let written = self.put_beam(&path, &fields, chosen)?;
+            report.lines.extend(written.lines);
+            report.lost.extend(written.lost);
+            report.numbers.extend(written.numbers);
+            return Ok(report);
+        };
+        let fields = match chosen {
+            Some(k) => only(&fields, k),
+            None => fields,
+        };
+        format.write(&self.file, &fields)?;
+        let (channels, ny, nx) = fields.field.dim();
+        report.line(
+            "Field",
+            format!("{channels} x {ny} x {nx} amplitudes [wavelength, y, x]"),
+        );
+        Ok(report)
+    }
+
+    /// Writes a beam file, which holds one wavelength.
+    fn put_beam(
+        &self,
+        path: &Path,
+        fields: &Fields,
+        chosen: Option<usize>,
+    ) -> Result<ExportReport, Fault> {
         let k = match (chosen, fields.wavelength_um.len()) {
             (Some(k), _) => k,
             (None, 1) => 0,
             (None, count) => {
                 let found = format!("{count} wavelengths: {} µm", fields.wavelength_um);
                 let expected = "one of them, by --wavelength N from 1: a beam file has one";
-                return Err(Fault::of_file(&path, found, expected));
+                return Err(Fault::of_file(path, found, expected));
             }
         };
-        let plan = BeamPlan::new(&path, &fields, k)?;
-        file.fill(|file| plan.write(BufWriter::with_capacity(1 << 20, file)))?;
-        let written = plan.report();
-        report.lines.extend(written.lines);
-        report.lost.extend(written.lost);
-        report.numbers.extend(written.numbers);
-        return Ok(report);
+        let plan = BeamPlan::new(path, fields, k)?;
+        self.file
+            .fill(|file| plan.write(BufWriter::with_capacity(1 << 20, file)))?;
+        Ok(plan.report())
     }
-    let fields = match chosen {
-        Some(k) => only(&fields, k),
-        None => fields,
-    };
-    file.fill(|mut file| {
-        fields.write_npz(&mut file)?;
-        file.flush()
-    })?;
-    let (channels, ny, nx) = fields.field.dim();
-    report.line(
-        "Field",
-        format!("{channels} x {ny} x {nx} amplitudes [wavelength, y, x]"),
-    );
-    Ok(report)
 }
 
 /// The index of the chosen wavelength.

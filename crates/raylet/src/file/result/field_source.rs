@@ -1,9 +1,10 @@
-//! Fields that a user names: those of a folder of results, a field.npz, or a beam file (.zbf).
+//! Fields that a user names: those of a folder of results, a field.npz, a FITS or HDF5 file, or a beam file (.zbf).
 
 use std::path::{Path, PathBuf};
 
 use crate::file::arrays::memory::MemoryLimit;
 use crate::file::arrays::npz::Fields;
+use crate::file::beams::field_file::FieldFormat;
 use crate::file::beams::zbf_fields::{BeamChoices, read_zbf};
 use crate::file::decode::fault::Fault;
 use crate::file::fabrication::export::has_extension;
@@ -38,9 +39,10 @@ impl FieldSource {
             true => path.join(FIELD_FILE),
             false => path.to_path_buf(),
         };
+        let format = FieldFormat::of(&path).unwrap_or(FieldFormat::Npz);
         let (fields, report) = match has_extension(&path, "zbf") {
             true => read_zbf(&path, choices, limit)?,
-            false => (Fields::read(&path, limit)?, ExportReport::default()),
+            false => (format.read(&path, limit)?, ExportReport::default()),
         };
         for (name, axis) in [("x_mm", &fields.x_mm), ("y_mm", &fields.y_mm)] {
             let step = (axis[axis.len() - 1] - axis[0]) / (axis.len().max(2) - 1) as f64;

@@ -143,7 +143,7 @@ table! {
     /// A complex field of a limited band on a plane before the first element, by samples at the Nyquist rate or closer. It is zero
     /// beyond them.
     pub struct FieldIllumination with [before] {
-        /// Array of the samples, complex or real, indexed [y, x], in a .npy or .npz file; the row index grows with y.
+        /// Array of the samples, complex or real, indexed [y, x], in a NumPy file or a map (.dat, .tif, .fits, .h5); the row index grows with y.
         pub samples: PathBuf,
         /// Name of the array in a .npz file.
         #[serde(default)]

@@ -74,7 +74,7 @@ impl Layer {
 
 table! {
     /// A grid of pixels, centred unless `centre_mm` says otherwise. Arrays are 2-D, indexed [y, x]; the row index grows with y. Files are
-    /// .npy, or .npz where the array is found under `key`.
+    /// those of NumPy (.npy, or .npz where the array is found under `key`) or maps (.dat, .tif, .fits, .h5).
     pub struct PixelLayer with [axes] {
         /// Distance of neighbouring pixel centres in micrometres: one number, or [x, y].
         #[serde(deserialize_with = "pitch")]
@@ -178,7 +178,7 @@ table! {
         /// array otherwise.
         #[serde(default, deserialize_with = "count")]
         pub size: Option<[usize; 2]>,
-        /// Real 2-D array of heights in micrometres, indexed [y, x], in a .npy or .npz file, or a grid of OpticStudio (.dat).
+        /// Real 2-D array of heights in micrometres, indexed [y, x], in a NumPy file or a map (.dat, .tif, .fits, .h5).
         pub height_um: PathBuf,
         /// The material of the relief: a catalogue name or { index = … }. On an interface it is one of the two media, and the
         /// relief reaches into the other.
@@ -279,7 +279,7 @@ table! {
         #[serde(default, deserialize_with = "count")]
         pub size: Option<[usize; 2]>,
         /// Real 2-D array of the phase in radians without jumps of 2π, indexed [y, x] with rows growing with y, at least 4 × 4,
-        /// in a .npy or .npz file, or a grid of OpticStudio (.dat). The outer samples lie at the edge of the aperture or beyond.
+        /// in a NumPy file or a map (.dat, .tif, .fits, .h5). The outer samples lie at the edge of the aperture or beyond.
         pub phase: PathBuf,
         /// Name of the array in a .npz file; without it `phase`, or else its only array.
         #[serde(default)]

@@ -193,7 +193,7 @@ pub struct GridShape {
     #[schemars(schema_with = "one_or_pair_schema")]
     pub pitch_um: [f64; 2],
     /// Real 2-D array of heights in micrometres, indexed [y, x] with rows growing with y, at least 4 × 4,
-    /// in a .npy or .npz file, or a grid of OpticStudio (.dat).
+    /// in a NumPy file or a map (.dat, .tif, .fits, .h5).
     pub height_um: PathBuf,
     /// Name of the array in a .npz file; without it `height_um`, or else its only array.
     #[serde(default)]
