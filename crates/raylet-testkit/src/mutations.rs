@@ -3,6 +3,9 @@
 /// Values that take the place of a byte.
 const BYTES: [u8; 5] = [0, 1, 0x7f, 0x80, 0xff];
 
+/// Characters that take the place of one in a text.
+const CHARACTERS: &[u8] = b"0123456789-.eT' \n";
+
 /// Numbers of a hash, one after another.
 pub struct Numbers(pub u64);
 
@@ -40,11 +43,13 @@ pub fn altered_bytes(file: &[u8], head: usize, numbers: &mut Numbers) -> Vec<u8>
     bytes
 }
 
-/// Alters what stands at a place: bits, one byte or eight, a piece that is doubled or lost, or the end of the file.
+/// Alters what stands at a place: bits, one byte or eight, a character, a piece that is doubled or lost, or the end of the file.
 fn alter(bytes: &mut Vec<u8>, at: usize, numbers: &mut Numbers) {
     let other = BYTES.get(numbers.below(BYTES.len())).copied();
     let other = other.unwrap_or_default();
-    match numbers.below(7) {
+    let character = CHARACTERS.get(numbers.below(CHARACTERS.len())).copied();
+    let character = character.unwrap_or_default();
+    match numbers.below(8) {
         0 | 1 => {
             let bit = 1 << numbers.below(8);
             bytes
@@ -68,7 +73,12 @@ fn alter(bytes: &mut Vec<u8>, at: usize, numbers: &mut Numbers) {
             let piece: Vec<u8> = bytes.iter().skip(from).take(64).copied().collect();
             bytes.splice(at..at, piece);
         }
-        5 => drop(bytes.drain(at..(at + 1 + numbers.below(16)).min(bytes.len()))),
+        5 => bytes
+            .iter_mut()
+            .skip(at)
+            .take(1)
+            .for_each(|byte| *byte = character),
+        6 => drop(bytes.drain(at..(at + 1 + numbers.below(16)).min(bytes.len()))),
         _ => bytes.truncate(at.max(1)),
     }
 }

@@ -8,7 +8,6 @@ use ndarray::{Array2, ArrayD, ArrayView2, Ix2};
 use ndarray_npy::{ReadNpyError, ReadNpyExt, ReadableElement};
 use num_complex::{Complex32, Complex64};
 
-use crate::file::arrays::grid_text::GridText;
 use crate::file::arrays::memory::MemoryLimit;
 use crate::file::arrays::npy_header::{Header, plain};
 use crate::file::arrays::regular_file;
@@ -100,8 +99,8 @@ impl Array {
         }
     }
 
-    /// Reads a .npy file, a grid of Zemax (.dat), or one array of a .npz file: the one named `key`, or else the one named
-    /// `usual`, or else the only one. Takes at most `limit` bytes for the array.
+    /// Reads a .npy file, or one array of a .npz file: the one named `key`, or else the one named `usual`, or else the only
+    /// one. Takes at most `limit` bytes for the array.
     ///
     /// # Errors
     /// A file that cannot be read, another format, no such array, an array that is not 2-D, is empty, has
@@ -133,11 +132,10 @@ impl Array {
                 None => expected.array(io::BufReader::new(file)),
             },
             "npz" => expected.member(file, key),
-            "dat" => expected.grid(key),
             _ => Err(Fault::of_file(
                 path,
                 format!("a file of type `{extension}`"),
-                "a .npy or .npz file, or a grid of Zemax (.dat)",
+                "a .npy or .npz file",
             )),
         }
     }
@@ -153,37 +151,6 @@ struct Expected<'a> {
 }
 
 impl Expected<'_> {
-    /// The values of a grid of Zemax: phases in rad, or heights in µm.
-    fn grid(&self, key: Option<&str>) -> Result<Array, Fault> {
-        let refuse = |found: String, expected: &str| Fault::of_file(self.path, found, expected);
-        let heights = match (self.field, key) {
-            ("phase", None) => false,
-            ("height_um", None) => true,
-            (_, Some(key)) => {
-                let expected = "no key: such a file holds one grid";
-                return Err(refuse(format!("the key `{key}` for a .dat file"), expected));
-            }
-            (field, None) => {
-                let found = format!("a grid of Zemax (.dat) for `{field}`");
-                return Err(refuse(found, "a .npy or .npz file"));
-            }
-        };
-        let grid = GridText::read(self.path, self.limit.bytes)?;
-        if let Some(line) = grid.gap {
-            let found = format!("a point without data in line {line}");
-            return Err(refuse(found, "a value at every point"));
-        }
-        let unit = if heights {
-            1e3 * grid.head.unit_mm
-        } else {
-            1.0
-        };
-        let array = Array::Real(grid.values * unit);
-        let checked = array.borrowed().check(self.field);
-        checked.map_err(|(found, expected)| refuse(found, &expected))?;
-        Ok(array)
-    }
-
     /// One array of a .npz file, which is a zip archive of .npy files.
     fn member(&self, file: File, key: Option<&str>) -> Result<Array, Fault> {
         let broken =

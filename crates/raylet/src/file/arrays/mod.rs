@@ -4,7 +4,6 @@
 //! | --- | --- |
 //! | `array` | One 2-D array of a NumPy file (.npy, .npz) |
 //! | `npy_header` | The header of a NumPy array, read before its data |
-//! | `grid_text` | Grids of values as texts of Zemax (.dat) |
 //! | `npz` | The field on the sensor as a .npz file, written and read |
 //! | `zip_archive` | Reading archives (.npz) whose list of members is short |
 //! | `image` | Plain pictures: reading and writing PNG, and changing their number of pixels |
@@ -13,7 +12,6 @@
 //! | `regular_file` | Files opened to read: regular ones only |
 
 pub mod array;
-pub(crate) mod grid_text;
 pub mod image;
 pub mod memory;
 pub(crate) mod npy_header;

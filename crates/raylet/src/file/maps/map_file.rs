@@ -1,11 +1,14 @@
 //! A map of any of the formats, with its missing samples filled where that is requested.
 
+use std::io::Read;
 use std::path::Path;
 
 use crate::file::arrays::array::Array;
 use crate::file::arrays::memory::MemoryLimit;
+use crate::file::arrays::regular_file;
 use crate::file::decode::fault::Fault;
 use crate::file::maps::fits_map::read_fits;
+use crate::file::maps::grid_map::read_grid;
 use crate::file::maps::hdf5_map::read_hdf5;
 use crate::file::maps::measured_map::MeasuredMap;
 use crate::file::maps::missing_samples::fill;
@@ -28,7 +31,8 @@ pub struct MapChoices<'a> {
 /// Formats of maps besides NumPy's.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum MapFormat {
-    Zygo,
+    /// A map of MetroPro or a grid of Zemax: the first byte decides.
+    Dat,
     Tiff,
     Fits,
     Hdf5,
@@ -39,7 +43,7 @@ impl MapFormat {
     pub(crate) fn of(path: &Path) -> Option<Self> {
         let end = path.extension()?.to_str()?.to_ascii_lowercase();
         Some(match end.as_str() {
-            "dat" => MapFormat::Zygo,
+            "dat" => MapFormat::Dat,
             "tif" | "tiff" => MapFormat::Tiff,
             "fits" | "fit" | "fts" => MapFormat::Fits,
             "h5" | "hdf5" => MapFormat::Hdf5,
@@ -58,9 +62,9 @@ impl MapFormat {
         match (self, key) {
             (MapFormat::Fits, key) => read_fits(path, key, limit),
             (MapFormat::Hdf5, key) => read_hdf5(path, key, usual, limit),
-            (MapFormat::Zygo, None) => read_zygo(path, limit),
+            (MapFormat::Dat, None) => read_dat(path, usual, limit),
             (MapFormat::Tiff, None) => read_tiff(path, limit),
-            (MapFormat::Zygo | MapFormat::Tiff, Some(key)) => Err(Fault::of_file(
+            (MapFormat::Dat | MapFormat::Tiff, Some(key)) => Err(Fault::of_file(
                 path,
                 format!("the key `{key}`"),
                 "no key: such a file holds one map",
@@ -69,7 +73,30 @@ impl MapFormat {
     }
 }
 
-/// Reads a map from a file of MetroPro (.dat), a TIFF picture, a FITS or HDF5 file, or a NumPy file.
+/// Reads a .dat file: texts are grids of Zemax, all others maps of MetroPro. The unit of a grid is that of heights; its phases
+/// are in rad.
+fn read_dat(path: &Path, usual: &str, limit: MemoryLimit) -> Result<MeasuredMap, Fault> {
+    let refuse = |found: String| Fault::of_file(path, found, "a map (.dat) that can be read");
+    let file = regular_file::open(path).map_err(refuse)?;
+    let mut start = Vec::new();
+    let got = file.take(1).read_to_end(&mut start);
+    got.map_err(|error| refuse(error.to_string()))?;
+    if start.first().is_some_and(|byte| !is_text(*byte)) {
+        return read_zygo(path, limit);
+    }
+    let mut map = read_grid(path, limit)?;
+    if usual == "phase" {
+        map.unit = Some(String::from("rad"));
+    }
+    Ok(map)
+}
+
+/// Whether a text may begin with this byte: a character, a space, or the mark of a Unicode text.
+fn is_text(byte: u8) -> bool {
+    byte.is_ascii_graphic() || byte.is_ascii_whitespace() || [0xef, 0xfe, 0xff].contains(&byte)
+}
+
+/// Reads a map from a file of MetroPro or a grid of Zemax (.dat), a TIFF picture, a FITS or HDF5 file, or a NumPy file.
 ///
 /// # Errors
 /// A file that cannot be read, of another kind, or beyond the limit.

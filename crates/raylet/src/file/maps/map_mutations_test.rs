@@ -15,61 +15,23 @@ use crate::file::maps::array_file::read_array;
 use crate::file::maps::map_file::{Fill, MapChoices, read_map};
 use crate::file::maps::maps_test::{LIMIT, fields, fits_bytes, hdf5_bytes, tiff_bytes, zygo_bytes};
 use crate::file::storage::own_file::{OwnFile, Replace};
+use crate::fixtures::mutations::{Numbers, altered_bytes, mutation_count};
 
 /// Mutations of an ordinary run, of each kind of file.
 const MUTATIONS: u64 = 300;
 
-/// Numbers of a hash, one after another.
-struct Numbers(u64);
-
-impl Numbers {
-    /// The next one below `end`.
-    fn below(&mut self, end: usize) -> usize {
-        self.0 = self.0.wrapping_add(0x9e37_79b9_7f4a_7c15);
-        let mut mixed = self.0;
-        mixed = (mixed ^ (mixed >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
-        mixed = (mixed ^ (mixed >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
-        ((mixed ^ (mixed >> 31)) % end.max(1) as u64) as usize
-    }
-}
-
-/// The bytes of a file, with one to three places altered; half of the places are near its start.
-fn altered(mut bytes: Vec<u8>, numbers: &mut Numbers) -> Vec<u8> {
-    for _ in 0..=numbers.below(3) {
-        let end = if numbers.below(2) == 0 {
-            400
-        } else {
-            bytes.len()
-        };
-        let at = numbers.below(end.min(bytes.len()));
-        match numbers.below(7) {
-            0 | 1 => bytes[at] ^= 1 << numbers.below(8),
-            2 => bytes[at] = [0, 1, 0x7f, 0x80, 0xff][numbers.below(5)],
-            3 => {
-                let end = (at + 8).min(bytes.len());
-                bytes[at..end].fill([0x7f, 0x80, 0xff][numbers.below(3)]);
-            }
-            4 => drop(bytes.drain(at..(at + 1 + numbers.below(16)).min(bytes.len()))),
-            5 => bytes[at] = b"0123456789-.T'"[numbers.below(14)],
-            _ => bytes.truncate(at.max(1)),
-        }
-        if bytes.is_empty() {
-            bytes.push(0);
-        }
-    }
-    bytes
-}
+/// Bytes near the start of a file, where half of the places are.
+const HEAD: usize = 400;
 
 /// Reads altered copies of a file again and again.
 fn endure(name: &str, bytes: &[u8], read: impl Fn(&Path, &mut Numbers) -> Result<(), String>) {
-    let wanted = std::env::var("RAYLET_MUTATIONS").ok();
-    let count = wanted.map_or(MUTATIONS, |count| count.parse().unwrap());
+    let count = mutation_count(MUTATIONS);
     let room = tempfile::tempdir().unwrap();
     let path = room.path().join(name);
     let mut good = 0;
     for seed in 0..count {
         let mut numbers = Numbers(seed);
-        fs::write(&path, altered(bytes.to_vec(), &mut numbers)).unwrap();
+        fs::write(&path, altered_bytes(bytes, HEAD, &mut numbers)).unwrap();
         match read(&path, &mut numbers) {
             Ok(()) => good += 1,
             Err(message) => {
@@ -90,7 +52,7 @@ fn map(path: &Path, numbers: &mut Numbers) -> Result<(), String> {
     };
     let field = ["height_um", "phase", "samples"][numbers.below(3)];
     if let Ok(array) = read_array(path, None, field, LIMIT.bytes) {
-        assert!(array.borrowed().check(field).is_ok());
+        assert!(array.values.borrowed().check(field).is_ok());
     }
     let map = read_map(path, &choices).map_err(|fault| fault.to_string())?;
     assert!(map.values.bytes() <= LIMIT.bytes);
@@ -105,6 +67,12 @@ fn map(path: &Path, numbers: &mut Numbers) -> Result<(), String> {
 fn mutated_maps_of_metropro() {
     endure("a.dat", &zygo_bytes(0x881B_036F, 1, 0, [5, 4]), map);
     endure("a.dat", &zygo_bytes(0x881B_0371, 0, 2, [5, 4]), map);
+}
+
+#[test]
+fn mutated_maps_of_zemax() {
+    let grid = "! a grid\n3 2 0.05 0.05 0 0 0\n1 0 0 0\n2 0 0 0\n3\n4\n5 0 0 0 0\n6 0.5 0 0 0\n";
+    endure("a.dat", grid.as_bytes(), map);
 }
 
 #[test]

@@ -18,6 +18,8 @@ impl Unit {
         let one = small.strip_suffix('s').filter(|one| one.len() > 2);
         Some(match one.unwrap_or(&small) {
             "m" | "meter" | "metre" => Unit::Length(1e6),
+            "in" | "inch" => Unit::Length(25.4e3),
+            "cm" | "centimeter" | "centimetre" => Unit::Length(1e4),
             "mm" | "millimeter" | "millimetre" => Unit::Length(1e3),
             "um" | "µm" | "μm" | "micron" | "micrometer" | "micrometre" => Unit::Length(1.0),
             "nm" | "nanometer" | "nanometre" => Unit::Length(1e-3),

@@ -8,6 +8,7 @@
 //! | `map_unit` | Units of lengths and angles, by the names that files give them |
 //! | `missing_samples` | Which samples are missing, and the nearest others in their place |
 //! | `zygo_map` | Height maps of Zygo's MetroPro (.dat) |
+//! | `grid_map` | Grids of values as texts of Zemax (.dat) |
 //! | `tiff_map` | Grey pictures (.tif) |
 //! | `fits_map` | Images of FITS files |
 //! | `hdf5_map` | Arrays of HDF5 files, and their axes |
@@ -16,6 +17,7 @@
 
 pub(crate) mod array_file;
 pub(crate) mod fits_map;
+pub(crate) mod grid_map;
 pub(crate) mod hdf5_map;
 pub mod map_file;
 #[cfg(test)]

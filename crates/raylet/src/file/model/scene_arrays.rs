@@ -8,11 +8,10 @@ use ndarray::{Array2, ArrayView2};
 use num_complex::Complex64;
 
 use crate::file::arrays::array::{Array, BorrowedArray};
-use crate::file::arrays::grid_text::GridHead;
 use crate::file::arrays::memory::MemoryLimit;
 use crate::file::decode::fault::Fault;
 use crate::file::decode::origin::Origin;
-use crate::file::maps::array_file::read_array;
+use crate::file::maps::array_file::{SampledArray, read_array};
 use crate::file::scene::element::Element;
 use crate::file::scene::illumination::{FieldIllumination, Illumination};
 use crate::file::scene::layer::{HeightLayer, Layer, PhaseGridLayer, PixelLayer, SumLayer};
@@ -188,7 +187,7 @@ struct Loader<'s, 'a> {
     lent: &'s BTreeMap<String, BorrowedArray<'a>>,
     held: &'s Arrays<'static>,
     left: u64,
-    by_file: BTreeMap<(PathBuf, Option<String>, String), Arc<Array>>,
+    by_file: BTreeMap<(PathBuf, Option<String>, String), SampledArray>,
     by_field: BTreeMap<String, Source<'a>>,
 }
 
@@ -213,7 +212,12 @@ impl<'a> Loader<'_, 'a> {
 
     /// The samples of a source, which are held at twice their number along each axis.
     fn field(&mut self, field: &FieldIllumination) -> Result<(), Fault> {
-        let array = self.array(&field.samples, field.key.as_deref(), "source", "samples")?;
+        let array = self.array(
+            &field.samples,
+            field.key.as_deref(),
+            ("source", "samples"),
+            field.pitch_um,
+        )?;
         let [ny, nx] = array.borrowed().shape();
         let refuse = |(found, expected)| self.origin.fault("source.samples", found, expected);
         let given = format!("{ny} rows of {nx}");
@@ -237,9 +241,8 @@ impl<'a> Loader<'_, 'a> {
 
     fn height(&mut self, layer: &HeightLayer, path: &str) -> Result<(), Fault> {
         let key = layer.key.as_deref();
-        let array = self.array(&layer.height_um, key, path, "height_um")?;
+        let array = self.array(&layer.height_um, key, (path, "height_um"), layer.pitch_um)?;
         self.require_real(&array, path, "height_um")?;
-        self.require_pitch(&layer.height_um, layer.pitch_um, path, "height_um")?;
         self.require_size(
             &array,
             layer.size,
@@ -249,9 +252,13 @@ impl<'a> Loader<'_, 'a> {
     }
 
     fn phase_grid(&mut self, layer: &PhaseGridLayer, path: &str) -> Result<(), Fault> {
-        let array = self.array(&layer.phase, layer.key.as_deref(), path, "phase")?;
+        let array = self.array(
+            &layer.phase,
+            layer.key.as_deref(),
+            (path, "phase"),
+            layer.pitch_um,
+        )?;
         self.require_real(&array, path, "phase")?;
-        self.require_pitch(&layer.phase, layer.pitch_um, path, "phase")?;
         let field = format!("{path}.phase");
         self.require_size(&array, layer.size, &layer.phase, &field)?;
         self.require_spline(&array, &layer.phase, &field)
@@ -288,9 +295,13 @@ impl<'a> Loader<'_, 'a> {
     }
 
     fn grid(&mut self, grid: &GridShape, path: &str) -> Result<(), Fault> {
-        let array = self.array(&grid.height_um, grid.key.as_deref(), path, "height_um")?;
+        let array = self.array(
+            &grid.height_um,
+            grid.key.as_deref(),
+            (path, "height_um"),
+            grid.pitch_um,
+        )?;
         self.require_real(&array, path, "height_um")?;
-        self.require_pitch(&grid.height_um, grid.pitch_um, path, "height_um")?;
         self.require_spline(&array, &grid.height_um, &format!("{path}.height_um"))
     }
 
@@ -304,12 +315,9 @@ impl<'a> Loader<'_, 'a> {
         ];
         for (field, file) in named {
             let Some(file) = file else { continue };
-            let array = self.array(file, layer.key.as_deref(), path, field)?;
+            let array = self.array(file, layer.key.as_deref(), (path, field), layer.pitch_um)?;
             if field != "transmission" {
                 self.require_real(&array, path, field)?;
-            }
-            if field == "phase" {
-                self.require_pitch(file, layer.pitch_um, path, field)?;
             }
             let given = array.borrowed().shape();
             match shape {
@@ -372,29 +380,6 @@ impl<'a> Loader<'_, 'a> {
         Ok(())
     }
 
-    /// A grid of Zemax that is read from its file states its pitch itself.
-    fn require_pitch(
-        &self,
-        file: &Path,
-        pitch_um: [f64; 2],
-        path: &str,
-        field: &str,
-    ) -> Result<(), Fault> {
-        let path = format!("{path}.{field}");
-        let grid = file
-            .extension()
-            .is_some_and(|end| end.eq_ignore_ascii_case("dat"));
-        let in_memory = self.lent.contains_key(&path) || self.held.by_field.contains_key(&path);
-        if !grid || in_memory {
-            return Ok(());
-        }
-        let place = self.origin.beside(file);
-        let at_field = |inner: Fault| self.origin.fault_of_file(&path, inner);
-        let head = GridHead::read(&place).map_err(at_field)?;
-        head.require_pitch(pitch_um)
-            .map_err(|(found, expected)| at_field(Fault::of_file(&place, found, expected)))
-    }
-
     fn require_real(&self, array: &Source, path: &str, field: &str) -> Result<(), Fault> {
         match array.borrowed() {
             BorrowedArray::Real(_) => Ok(()),
@@ -409,13 +394,13 @@ impl<'a> Loader<'_, 'a> {
         }
     }
 
-    /// The array that one field names, read unless it is there already.
+    /// The array that one field names, read unless it is there already. A file that says its pitch must say that of the scene.
     fn array(
         &mut self,
         file: &Path,
         key: Option<&str>,
-        path: &str,
-        field: &str,
+        (path, field): (&str, &str),
+        pitch_um: [f64; 2],
     ) -> Result<Source<'a>, Fault> {
         let path = format!("{path}.{field}");
         if let Some(look) = self.lent.get(&path) {
@@ -431,17 +416,22 @@ impl<'a> Loader<'_, 'a> {
         }
         let file = self.origin.beside(file);
         let identity = (file.clone(), key.map(str::to_owned), field.to_owned());
-        let array = match self.by_file.get(&identity) {
-            Some(array) => Arc::clone(array),
+        let read = match self.by_file.get(&identity) {
+            Some(read) => read.clone(),
             None => {
-                let array = read_array(&file, key, field, self.left)
+                let read = read_array(&file, key, field, self.left)
                     .map_err(|inner| self.origin.fault_of_file(&path, inner))?;
-                self.left = self.left.saturating_sub(array.bytes());
-                Arc::new(array)
+                self.left = self.left.saturating_sub(read.values.bytes());
+                read
             }
         };
-        self.by_file.insert(identity, Arc::clone(&array));
-        self.by_field.insert(path, Source::Held(Arc::clone(&array)));
-        Ok(Source::Held(array))
+        read.require_pitch(pitch_um).map_err(|(found, expected)| {
+            let inner = Fault::of_file(&file, found, expected);
+            self.origin.fault_of_file(&path, inner)
+        })?;
+        let held = Source::Held(Arc::clone(&read.values));
+        self.by_file.insert(identity, read);
+        self.by_field.insert(path, held.clone());
+        Ok(held)
     }
 }

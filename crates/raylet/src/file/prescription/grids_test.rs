@@ -200,7 +200,7 @@ fn scenes_take_grids_of_zemax_as_arrays() {
         (
             SCENE,
             text.replacen("0 0 0 0\n", "0 0 0 1\n", 1),
-            "a point without data in line 2",
+            "1 missing samples of 30, the first at [4, 0]",
         ),
         (
             SCENE,
