@@ -3,7 +3,6 @@
 use std::path::PathBuf;
 
 use num_complex::Complex64;
-use numpy::PyArrayMethods;
 use numpy::ndarray::{Ix1, Ix2, Ix3};
 use pyo3::prelude::*;
 use raylet::file::arrays::array::Array;
@@ -127,7 +126,7 @@ pub(crate) fn write_beam(
         overwrite,
         limit: limit(),
     };
-    let written = py.detach(|| conversion::write_field(&fields, &path, &choices));
+    let written = py.detach(|| conversion::write_field(fields, &path, &choices));
     let report = written.map_err(|failure| fault(py, &failure))?;
     Ok(report.to_string())
 }

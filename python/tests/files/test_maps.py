@@ -35,7 +35,7 @@ def test_a_map_is_read_and_filled(tmp_path: Path) -> None:
     np.testing.assert_allclose(found.values, heights, atol=2e-12)
     assert raylet.read_map(tmp_path / "a.dat", fill=0.0).values[0, 4] == 0.0
     nearest = raylet.read_map(tmp_path / "a.dat", fill="nearest")
-    assert nearest.values[0, 4] == nearest.values[0, 3]
+    assert nearest.values[0, 4] == nearest.values[1, 4]
     np.testing.assert_allclose(nearest.height_um, 1e6 * nearest.values)
     with pytest.raises(raylet.RayletError, match="expected a number or"):
         raylet.read_map(tmp_path / "a.dat", fill="zero")

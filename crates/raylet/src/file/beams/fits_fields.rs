@@ -59,11 +59,10 @@ pub(crate) fn write_fits(fields: &Fields, out: &mut impl Write) -> io::Result<()
     cards.text("PHASE", "exp(+ikz)", "sign of the phase along +z");
     cards.write(out)?;
 
-    // Parts follow one another within a wavelength, so the field is passed over twice.
+    // The real parts of a wavelength come first, its imaginary parts behind them.
     let parts = fields.field.outer_iter().flat_map(|channel| {
-        let imaginary = channel.clone();
         let real = channel.into_iter().map(|u| u.re);
-        real.chain(imaginary.into_iter().map(|u| u.im))
+        real.chain(channel.into_iter().map(|u| u.im))
     });
     write_doubles(out, parts)?;
     let values = [&fields.x_mm, &fields.y_mm, &fields.wavelength_um];

@@ -203,7 +203,8 @@ fn missing_samples_are_filled_or_refused() {
     let filled = real(read("a.dat", &bytes, Some(Fill::Value(0.5))).unwrap());
     assert_eq!(filled[[0, 2]], 0.5);
     let filled = real(read("a.dat", &bytes, Some(Fill::Nearest)).unwrap());
-    assert_eq!(filled[[0, 2]], filled[[0, 1]]);
+    // Of two that are as near, that of its own column.
+    assert_eq!(filled[[0, 2]], filled[[1, 2]]);
 }
 
 #[test]
@@ -297,10 +298,11 @@ fn images_of_fits_are_read_from_the_bottom() {
     assert!(refusal.to_string().contains("no image `OPD`"), "{refusal}");
     let whole = String::from_utf8_lossy(&fits_bytes()).replace("BLANK ", "BLANC ");
     let heights = of_scene("a.fits", whole.as_bytes(), "height_um").unwrap();
-    assert_eq!(
-        heights,
-        Array::Real(array![[0.01, 0.012, 0.014], [0.016, 0.018, 0.02]])
-    );
+    let expected = array![[0.01, 0.012, 0.014], [0.016, 0.018, 0.02]];
+    match heights {
+        Array::Real(heights) => assert!((heights - expected).iter().all(|d| d.abs() < 1e-17)),
+        Array::Complex(values) => panic!("{values}"),
+    }
 }
 
 #[test]

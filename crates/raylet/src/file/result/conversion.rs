@@ -48,7 +48,7 @@ pub fn read_field(
 /// Fields that no file could give back, choices that do not fit, or a file that may not be replaced or cannot be
 /// written.
 pub fn write_field(
-    fields: &Fields,
+    fields: Fields,
     target: &Path,
     choices: &ConversionChoices,
 ) -> Result<ExportReport, Fault> {
@@ -56,7 +56,7 @@ pub fn write_field(
     fields.check_for(target.file.path())?;
     let source = FieldSource {
         path: target.file.path().to_path_buf(),
-        fields: fields.clone(),
+        fields,
         report: ExportReport::default(),
     };
     target.put(source, choices.wavelength)

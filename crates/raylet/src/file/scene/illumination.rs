@@ -49,7 +49,8 @@ pub struct PlaneIllumination {
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct PointIllumination {
-    /// The luminous point [x, y, z] in millimetres from the first element's vertex; z below zero.
+    /// The luminous point [x, y, z] in millimetres from the origin, where the axis begins: the first element's
+    /// vertex, before coordinate breaks and shifts. z is below zero.
     pub position_mm: [f64; 3],
     /// How the amplitude falls off over directions; even without it.
     #[serde(default)]
@@ -70,7 +71,8 @@ pub struct GaussianIllumination {
     #[serde(deserialize_with = "pitch")]
     #[schemars(schema_with = "one_or_pair_schema")]
     pub waist_radius_um: [f64; 2],
-    /// Centre of the waist [x, y, z] in millimetres from the first element's vertex.
+    /// Centre of the waist [x, y, z] in millimetres from the origin, where the axis begins: the first element's vertex, before
+    /// coordinate breaks and shifts.
     #[serde(default)]
     pub waist_mm: [f64; 3],
     /// Direction [ax, ay] in degrees: its direction cosines along x and y are sin ax and sin ay.

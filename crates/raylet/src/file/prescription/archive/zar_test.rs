@@ -174,8 +174,8 @@ fn faults_name_the_archive_and_the_file() {
         "a.zar/a.zmx:1:",
     );
     refused(
-        &archive(1004, &[lens, ("MINE.AGF", b"NM A 99\n")]),
-        "a.zar/MINE.AGF:1:6: found a formula of number 99",
+        &archive(1004, &[lens, ("MINE.AGF", b"NM HOUSE 99\n")]),
+        "a.zar/MINE.AGF:1:10: found a formula of number 99",
     );
 }
 

@@ -54,6 +54,8 @@ struct Entry {
     formula: usize,
     coefficients: Vec<f64>,
     range_um: [f64; 2],
+    /// A fault of its records, for a lens that has it.
+    fault: Option<Fault>,
 }
 
 /// A glass that was found, and where, in words.
@@ -132,8 +134,10 @@ impl GlassFile {
             if record.word == "NM" {
                 keep(current.take(), &mut glasses);
                 current = Some(Entry::new(&text, &record)?);
-            } else if let Some(entry) = &mut current {
-                entry.read_record(&text, &record)?;
+            } else if let Some(entry) = &mut current
+                && let Err(fault) = entry.read_record(&text, &record)
+            {
+                entry.fault.get_or_insert(fault);
             }
         }
         keep(current, &mut glasses);
@@ -145,6 +149,9 @@ impl GlassFile {
     }
 
     fn found(&self, entry: &Entry) -> Result<FoundGlass, Fault> {
+        if let Some(fault) = &entry.fault {
+            return Err(fault.clone());
+        }
         let kind = FORMULAS.get(entry.formula - 1).copied().unwrap_or_default();
         let file = self.text.file_name();
         let source = format!("line {} of {file}, by its formula {kind}", entry.line);
@@ -176,26 +183,33 @@ impl GlassFile {
 }
 
 impl Entry {
-    /// The glass of a record NM: its name, and the number of its formula.
+    /// The glass of a record NM: its name, and the number of its formula. Faults of a glass count where a lens has it: a
+    /// catalogue has many others.
     fn new(text: &LensText, record: &Record<'_>) -> Result<Self, Fault> {
         let name = record.values.first().copied().unwrap_or_default();
         if name.is_empty() {
             return Err(text.fault(record.word, "a glass without a name", "its name behind NM"));
         }
-        let number = text.value(record, 1)?;
-        let whole = number.fract() == 0.0 && (1.0..=13.0).contains(&number);
-        if !whole {
-            let word = record.values.get(1).copied().unwrap_or(record.word);
-            let found = format!("a formula of number {}", shortened(word));
-            return Err(text.fault(word, found, "a formula from 1 to 13"));
-        }
+        let formula = Self::formula(text, record);
         Ok(Self {
             name: name.to_owned(),
             line: record.line,
-            formula: number as usize,
+            formula: formula.as_ref().map_or(1, |number| *number),
             coefficients: Vec::new(),
             range_um: RANGE,
+            fault: formula.err(),
         })
+    }
+
+    /// The number of its formula.
+    fn formula(text: &LensText, record: &Record<'_>) -> Result<usize, Fault> {
+        let number = text.value(record, 1)?;
+        if number.fract() == 0.0 && (1.0..=13.0).contains(&number) {
+            return Ok(number as usize);
+        }
+        let word = record.values.get(1).copied().unwrap_or(record.word);
+        let found = format!("a formula of number {}", shortened(word));
+        Err(text.fault(word, found, "a formula from 1 to 13"))
     }
 
     fn read_record(&mut self, text: &LensText, record: &Record<'_>) -> Result<(), Fault> {
@@ -356,6 +370,7 @@ mod tests {
                 formula,
                 coefficients: c.to_vec(),
                 range_um: [0.4, 0.8],
+                fault: None,
             };
             assert!(
                 (entry.index(w) - expected).abs() < 1e-12,
@@ -383,9 +398,18 @@ mod tests {
                 "a.agf:3:1: found wavelengths from 0.8 to 0.4",
             ),
         ] {
-            let fault = GlassFile::read(text.as_bytes(), Path::new("a.agf")).unwrap_err();
+            let read = GlassFile::read(text.as_bytes(), Path::new("a.agf"));
+            let fault = match read {
+                Ok(file) => GlassFiles(vec![file]).find("A").unwrap_err(),
+                Err(fault) => fault,
+            };
             assert!(fault.to_string().starts_with(start), "{fault}");
         }
+
+        // The other glasses of the catalogue are as they are.
+        let good = "NM B 2 0 0 0\nCD 1.2 0.01\nLD 0.4 0.8\n";
+        let text = format!("NM A 2\nCD 1 0\nLD 0 0\n{good}");
+        assert_eq!(index(&text, "B", 0.6), index(good, "B", 0.6));
         let fault = files("NM A 1 0 0 0\nCD -1 0\nLD 0.4 0.8\n")
             .find("A")
             .unwrap_err();

@@ -18,7 +18,7 @@ use crate::file::prescription::lens_library::lens_facts::LensFacts;
 const DEEPEST: usize = 40;
 const MOST_FILES: usize = 1_000_000;
 
-/// A lens file of a folder.
+/// A lens file of a folder, or a folder in it that could not be listed.
 #[derive(Clone, Debug, PartialEq)]
 pub struct FolderLens {
     /// Its path.
@@ -30,7 +30,7 @@ pub struct FolderLens {
 /// The lens files of a folder.
 #[derive(Clone, Debug, PartialEq)]
 pub struct LensFolder {
-    /// All files, by their paths in the folder.
+    /// All files, by their paths in the folder, and behind them the folders that could not be listed.
     pub lenses: Vec<FolderLens>,
     /// How many of them were read now; the index had the others.
     pub read: usize,
@@ -52,7 +52,8 @@ pub struct LensSearch {
 }
 
 impl LensFolder {
-    /// Lists a folder and the folders in it, and reads its lens files. With an `index` only files of another size or time than
+    /// Lists a folder and the folders in it, and reads its lens files. A folder in it that cannot be listed is a fault of that
+    /// folder alone. With an `index` only files of another size or time than
     /// there are read, and the index is written again.
     ///
     /// # Errors
@@ -62,10 +63,18 @@ impl LensFolder {
             Some(path) => read_index(path)?,
             None => Index::new(),
         };
-        let mut found = Vec::new();
-        list(folder, folder, 0, &mut found)?;
-        found.sort_by(|a, b| a.0.cmp(&b.0));
-        let indexed: Vec<(String, Indexed, bool)> = found
+        let mut listing = Listing {
+            root: folder,
+            files: Vec::new(),
+            refused: Vec::new(),
+        };
+        listing.add(folder, 0)?;
+        if listing.files.len() > MOST_FILES {
+            let count = format!("more than {MOST_FILES} lens files");
+            return Err(Fault::of_file(folder, count, "fewer"));
+        }
+        let indexed: Vec<(String, Indexed, bool)> = listing
+            .files
             .into_par_iter()
             .map(|(name, size, modified_ns)| {
                 let same = known.get(&name);
@@ -90,8 +99,12 @@ impl LensFolder {
             path: folder.join(name),
             facts: entry.facts,
         });
+        let refused = listing.refused.into_iter().map(|(path, fault)| FolderLens {
+            path,
+            facts: Err(fault.to_string()),
+        });
         Ok(Self {
-            lenses: lenses.collect(),
+            lenses: lenses.chain(refused).collect(),
             read,
         })
     }
@@ -140,44 +153,59 @@ fn facts(path: &Path) -> Result<LensFacts, String> {
     LensFacts::of(&bytes, path).map_err(|fault| fault.to_string())
 }
 
-/// The lens files below a folder: path from the root, size and time of change. Links to folders are not followed.
-fn list(
-    root: &Path,
-    folder: &Path,
-    depth: usize,
-    found: &mut Vec<(String, u64, u64)>,
-) -> Result<(), Fault> {
-    let refuse =
-        |error: std::io::Error| Fault::of_file(folder, error.to_string(), "a folder of lens files");
-    for entry in fs::read_dir(folder).map_err(refuse)? {
-        let entry = entry.map_err(refuse)?;
-        let (path, kind) = (entry.path(), entry.file_type().map_err(refuse)?);
-        if kind.is_dir() && depth < DEEPEST {
-            list(root, &path, depth + 1, found)?;
-            continue;
+/// What is found below a folder.
+struct Listing<'a> {
+    root: &'a Path,
+    /// Lens files: path from the root, size and time of change.
+    files: Vec<(String, u64, u64)>,
+    /// Folders that could not be listed.
+    refused: Vec<(PathBuf, Fault)>,
+}
+
+impl Listing<'_> {
+    /// Adds what is below a folder. Links to folders are not followed.
+    ///
+    /// # Errors
+    /// A folder that cannot be listed.
+    fn add(&mut self, folder: &Path, depth: usize) -> Result<(), Fault> {
+        let refuse = |found: String| Fault::of_file(folder, found, "a folder of lens files");
+        if depth > DEEPEST {
+            return Err(refuse(format!("a folder {depth} folders deep")));
         }
+        let broken = |error: std::io::Error| refuse(error.to_string());
+        for entry in fs::read_dir(folder).map_err(broken)? {
+            let entry = entry.map_err(broken)?;
+            let (path, kind) = (entry.path(), entry.file_type().map_err(broken)?);
+            if kind.is_dir() {
+                if let Err(fault) = self.add(&path, depth + 1) {
+                    self.refused.push((path, fault));
+                }
+                continue;
+            }
+            self.add_file(&path);
+        }
+        Ok(())
+    }
+
+    /// Adds a lens file; other files are passed over, and links that lead nowhere.
+    fn add_file(&mut self, path: &Path) {
         let end = path.extension().unwrap_or_default().to_string_lossy();
         let is_lens = LENS_ENDS
             .iter()
             .any(|known| end.eq_ignore_ascii_case(known));
-        // A link may lead nowhere.
-        let (Ok(data), true) = (fs::metadata(&path), is_lens) else {
-            continue;
+        let (Ok(data), true) = (fs::metadata(path), is_lens) else {
+            return;
         };
-        if !data.is_file() {
-            continue;
-        }
-        if found.len() >= MOST_FILES {
-            let count = format!("more than {MOST_FILES} lens files");
-            return Err(Fault::of_file(root, count, "fewer"));
+        if !data.is_file() || self.files.len() > MOST_FILES {
+            return;
         }
         let time = data
             .modified()
             .ok()
             .and_then(|at| at.duration_since(UNIX_EPOCH).ok());
         let modified_ns = time.map_or(0, |time| time.as_nanos() as u64);
-        let name = path.strip_prefix(root).unwrap_or(&path);
-        found.push((name.to_string_lossy().into_owned(), data.len(), modified_ns));
+        let name = path.strip_prefix(self.root).unwrap_or(path);
+        self.files
+            .push((name.to_string_lossy().into_owned(), data.len(), modified_ns));
     }
-    Ok(())
 }

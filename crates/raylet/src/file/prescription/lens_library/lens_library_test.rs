@@ -93,6 +93,14 @@ fn an_index_saves_reading_and_follows_changes() {
         (2, 1, 0)
     );
 
+    // A folder that is not listed is a fault of its own: this one lies too deep.
+    let deep = lenses.join("d/".repeat(42));
+    fs::create_dir_all(&deep).unwrap();
+    let fourth = LensFolder::open(&lenses, None).unwrap();
+    let faults: Vec<(&Path, &str)> = fourth.faults().collect();
+    assert_eq!((fourth.lenses.len(), faults.len()), (3, 1));
+    assert!(faults[0].1.contains("41 folders deep"), "{}", faults[0].1);
+
     // A file that is no index is neither read nor replaced.
     let foreign = room.path().join("mine.json");
     fs::write(&foreign, "{}").unwrap();
