@@ -309,7 +309,7 @@ def read_beam(
     """
 
 def read_map(
-    path: str | PathLike[str], key: str | None, fill: SupportsFloat | None, nearest: bool
+    path: str | PathLike[str], key: str | None, fill: SupportsFloat | SupportsIndex | None, nearest: bool
 ) -> tuple[NDArray[float64] | None, NDArray[complex128] | None, list[float] | None, str | None, str, list[str]]:
     """
     Reads a map; missing samples become `fill`, or the nearest other one.
