@@ -5,7 +5,7 @@ OUT ?= out/demo
 SCENE = scenes/hologram_through_lens.toml
 RAYLET = cargo run --release --quiet --package raylet-cli --bin raylet --
 
-.PHONY: demo quick test test-rust lint compiled cargo-test environments test-python test-torch fuzz bench performance accuracy real-size exact-fields huygens-psf aperture-scaling wheel docs
+.PHONY: demo quick test test-rust lint compiled cargo-test environments test-python test-torch fuzz bench instruction-counts performance accuracy real-size exact-fields huygens-psf aperture-scaling wheel docs
 
 # Designs the hologram on the paraxial train, sends it through the real lens, leaves pictures and numbers.
 demo:
@@ -136,6 +136,10 @@ docs: install
 
 bench:
 	cargo bench --package raylet
+
+# Counts the instructions of the hot loops anew, after a change that is meant to alter them (crates/raylet/tests/instructions).
+instruction-counts:
+	cargo test --release --workspace --test instructions -- --write
 
 # Remakes docs/performance.md, beside other ray tracers.
 performance: environments wheel

@@ -8,13 +8,14 @@
 use std::fmt;
 use std::sync::Arc;
 
-use fearless_simd::{Level, Simd, dispatch};
+use fearless_simd::{Simd, dispatch};
 use ndarray::{Array2, ArrayView2};
 use num_complex::Complex64;
 use raylet_fft::{Fft, Planner};
 
 use crate::math::double::Double;
 use crate::math::lines::{quick_length, transform_rows};
+use crate::math::simd_level::level;
 
 /// Uniformly spaced points start + i·step, i = 0 … count − 1.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -124,7 +125,7 @@ impl Chirp {
     ) {
         self.check(input.len(), out.len());
         let (work, spare) = self.split(scratch);
-        let level = Level::new();
+        let level = level();
         dispatch!(level, simd => product(simd, input, Factors::of(&self.before), work));
         self.forward.process_with_scratch(work, spare);
         dispatch!(level, simd => multiply(simd, work, Factors::of(&self.kernel)));
@@ -144,7 +145,7 @@ impl Chirp {
     ) {
         self.check(input_bar.len(), out_bar.len());
         let (work, spare) = self.split(scratch);
-        let level = Level::new();
+        let level = level();
         // out += work·after
         dispatch!(level, simd => product(simd, out_bar, Factors::conjugate(&self.after), work));
         // convolution with the chirp: correlation with it

@@ -141,7 +141,7 @@ pub(crate) fn exp<S: Simd>(x: f64x8<S>) -> f64x8<S> {
 
 #[cfg(test)]
 mod tests {
-    use fearless_simd::{Level, Simd, SimdBase, dispatch, f64x8};
+    use fearless_simd::{Simd, SimdBase, dispatch, f64x8};
 
     use crate::math::lanes::{LANES, Lanes, cis, cis_turns, exp};
 
@@ -157,7 +157,7 @@ mod tests {
         let mut x = -1.0e5;
         while x < 1.0e5 {
             let lanes: Lanes = std::array::from_fn(|i| x + i as f64 * 0.37);
-            let [cos, sin, _] = dispatch!(Level::new(), simd => run(simd, &lanes));
+            let [cos, sin, _] = dispatch!(level(), simd => run(simd, &lanes));
             for i in 0..LANES {
                 assert!((cos[i] - lanes[i].cos()).abs() < 3e-16, "cos {}", lanes[i]);
                 assert!((sin[i] - lanes[i].sin()).abs() < 3e-16, "sin {}", lanes[i]);
@@ -177,8 +177,8 @@ mod tests {
         for step in -3000..3000 {
             let lanes: Lanes = std::array::from_fn(|i| f64::from(step) / 97.0 + i as f64 * 0.0137);
             let far = lanes.map(|t| t + 1_048_576.0);
-            let [cos, sin] = dispatch!(Level::new(), simd => turn(simd, &lanes));
-            let [far_cos, far_sin] = dispatch!(Level::new(), simd => turn(simd, &far));
+            let [cos, sin] = dispatch!(level(), simd => turn(simd, &lanes));
+            let [far_cos, far_sin] = dispatch!(level(), simd => turn(simd, &far));
             for i in 0..LANES {
                 let x = std::f64::consts::TAU * lanes[i].fract();
                 assert!((cos[i] - x.cos()).abs() < 1e-15, "cos {}", lanes[i]);
@@ -194,7 +194,7 @@ mod tests {
     fn exp_matches_the_standard_library() {
         for step in -6900..6900 {
             let lanes: Lanes = std::array::from_fn(|i| f64::from(step) * 0.1 + i as f64 * 0.0123);
-            let [_, _, exp] = dispatch!(Level::new(), simd => run(simd, &lanes));
+            let [_, _, exp] = dispatch!(level(), simd => run(simd, &lanes));
             for (ours, x) in exp.iter().zip(lanes) {
                 assert!((ours / x.exp() - 1.0).abs() < 5e-16, "{x}");
             }

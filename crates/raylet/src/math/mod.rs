@@ -21,6 +21,7 @@
 //! | [`part`] | Parts of arrays by rows and columns |
 //! | [`random`] | Random numbers as addresses: a pure function of a seed and of where the number is used |
 //! | [`real`] | One number in a formula: a plain `f64`, or a number that carries tangents |
+//! | [`simd_level`] | The vector instructions of the hot loops |
 //! | `sinc` | The transform of a box |
 //! | `spline` | Cubic splines through equally spaced values: twice continuously differentiable, exact for cubics |
 //! | `tiles` | Carries strengths of scattered points to a periodic grid, and values of the grid to the points |
@@ -50,6 +51,7 @@ pub mod nufft;
 pub mod part;
 pub mod random;
 pub mod real;
+pub mod simd_level;
 pub(crate) mod sinc;
 pub(crate) mod spline;
 mod tiles;

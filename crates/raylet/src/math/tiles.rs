@@ -11,6 +11,7 @@ use num_complex::Complex64;
 use rayon::prelude::*;
 
 use crate::math::kaiser::{Kaiser, LANES};
+use crate::math::simd_level::level;
 
 /// Grid points of a tile along either axis.
 const TILE: usize = 16;
@@ -61,7 +62,7 @@ impl Tiles {
             kernel,
             count,
             stride: count[1] * TILE + LANES,
-            level: Level::new(),
+            level: level(),
         }
     }
 

@@ -12,6 +12,7 @@ use crate::engine::ray_block::tangents::Tangents;
 use crate::engine::trace::ray_trace::{Carried, Landing, LocatedScreen, emit_locally};
 use crate::math::complex::Symmetric;
 use crate::math::lanes::{LANES, Lanes};
+use crate::math::simd_level::level;
 use crate::optics::ray::Loss;
 use crate::optics::screen::Screen;
 use crate::optics::system::Hop;
@@ -105,7 +106,7 @@ impl<'a> HopRays<'a> {
             from: hop.from,
             to: hop.to,
             parts,
-            level: Level::new(),
+            level: level(),
         }
     }
 

@@ -18,6 +18,7 @@ use crate::engine::ray_block::prepared_part::{Edge, PreparedPart};
 use crate::engine::ray_block::ray_origins::RayOrigins;
 use crate::engine::trace::ray_trace::{LocatedScreen, emit_locally};
 use crate::math::lanes::LANES;
+use crate::math::simd_level::level;
 use crate::optics::frame::Frame;
 use crate::optics::ray::{Loss, Ray};
 use crate::optics::screen::{Screen, ScreenKind};
@@ -88,7 +89,7 @@ impl<'a> SystemRays<'a> {
         Self {
             system,
             stations,
-            level: Level::new(),
+            level: level(),
         }
     }
 

@@ -1,10 +1,11 @@
 //! The one trace of a ray from screen to screen through a train of surfaces.
 
-use fearless_simd::{Level, Simd, dispatch};
+use fearless_simd::{Simd, dispatch};
 use num_complex::Complex64;
 
 use crate::math::complex::{Complex, Symmetric};
 use crate::math::real::{Dual, Real};
+use crate::math::simd_level::level;
 use crate::math::vec3::Vec3;
 use crate::optics::frame::{Axes, Frame};
 use crate::optics::ray::{Loss, Ray};
@@ -304,7 +305,7 @@ impl Hop<'_> {
         p: [f64; 2],
     ) -> Result<(Landing<f64>, [[f64; 4]; 4]), Loss> {
         // Four derivatives of a number are one vector of the machine.
-        let landing = dispatch!(Level::new(), simd => self.differentiate(simd, at, p))?;
+        let landing = dispatch!(level(), simd => self.differentiate(simd, at, p))?;
         Ok(landing.with_jacobian())
     }
 

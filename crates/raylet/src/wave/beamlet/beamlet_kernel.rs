@@ -445,7 +445,7 @@ fn polar<S: Simd>(a: f64x8<S>, b: f64x8<S>) -> Pair<S> {
 
 #[cfg(test)]
 mod tests {
-    use fearless_simd::{Level, dispatch};
+    use fearless_simd::dispatch;
     use num_complex::Complex64;
 
     use crate::wave::beamlet::beamlet_kernel::{BeamletKernel, Rows};
@@ -476,7 +476,7 @@ mod tests {
                 bar.set([j, i], Complex64::new(t - 0.5, (5.0 * t).sin()));
             }
         }
-        let (k, level) = (std::f64::consts::TAU, Level::new());
+        let (k, level) = (std::f64::consts::TAU, level());
         let kernel = BeamletKernel::new(&arrival, &raster, 2.0, k).unwrap();
         dispatch!(level, simd => kernel.add(simd, &mut rows));
         let back = dispatch!(level, simd => kernel.add_adjoint(simd, &bar))[0];
@@ -518,7 +518,7 @@ mod tests {
                 };
                 let mut rows = Rows::zeros(raster);
                 let kernel = BeamletKernel::new(&arrival, &raster, limit, k).unwrap();
-                let count = dispatch!(Level::new(), simd => kernel.add(simd, &mut rows));
+                let count = dispatch!(level(), simd => kernel.add(simd, &mut rows));
                 let mut within = 0;
                 for (j, i) in (0..93).flat_map(|j| (0..600).map(move |i| (j, i))) {
                     let u = raster.start[0] + i as f64 * raster.pitch[0] - arrival.at[0];

@@ -3,10 +3,11 @@
 //! Each beamlet is evaluated over its own footprint only. Rows are dealt out in bands of fixed height; a
 //! band takes its beamlets in order, so the sum has the same bits for any number of threads.
 
-use fearless_simd::{Level, Simd, dispatch};
+use fearless_simd::{Simd, dispatch};
 use num_complex::Complex64;
 use rayon::prelude::*;
 
+use crate::math::simd_level::level;
 use crate::wave::beamlet::beamlet_kernel::{BeamletKernel, Moments, Rows};
 use crate::wave::beamlet::wavelet::{Arrival, Tail};
 use crate::wave::grid::raster::Raster;
@@ -49,7 +50,7 @@ impl Canvas {
 
     /// Adds beamlets, each where it exceeds `threshold` of its own peak; `k` is the vacuum wavenumber.
     pub fn add(&mut self, arrivals: &[Arrival], k: f64, threshold: f64) -> Evaluations {
-        let level = Level::new();
+        let level = level();
         let limit = -2.0 * threshold.ln() / k;
         let reaches = arrivals.iter().map(|a| BeamletKernel::reach(a, limit));
         let reaches: Vec<f64> = reaches.collect();
@@ -66,7 +67,7 @@ impl Canvas {
     /// the canvas holds times its conjugate, summed over its footprint; the first of the moments is the
     /// cotangent of the amplitude when the canvas holds the cotangent of the sum.
     pub(crate) fn add_adjoint(&self, arrivals: &[Arrival], k: f64, threshold: f64) -> Vec<Moments> {
-        let level = Level::new();
+        let level = level();
         let limit = -2.0 * threshold.ln() / k;
         arrivals
             .par_iter()

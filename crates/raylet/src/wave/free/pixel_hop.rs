@@ -11,7 +11,7 @@
 use std::f64::consts::TAU;
 use std::sync::Arc;
 
-use fearless_simd::{Level, Simd, SimdBase, dispatch, f64x8};
+use fearless_simd::{Simd, SimdBase, dispatch, f64x8};
 use ndarray::{Array2, ArrayView2, Axis, Zip};
 use num_complex::Complex64;
 use raylet_fft::{Fft, Planner};
@@ -20,6 +20,7 @@ use rayon::prelude::*;
 use crate::math::chirp::Chirp2;
 use crate::math::lanes::{LANES, cis_turns};
 use crate::math::lines::{quick_length, transform_rows};
+use crate::math::simd_level::level;
 use crate::math::sinc::sinc;
 use crate::optics::screen::Screen;
 use crate::wave::free::free_plan::{FreePlan, Slab};
@@ -140,7 +141,7 @@ impl PixelHop {
 
         // Every direction along x on its own: along y, level by level.
         let mut waves: Array2<Complex64> = Array2::zeros(self.transfer.dim());
-        let level = Level::new();
+        let level = level();
         let columns = waves.axis_iter_mut(Axis(0)).into_par_iter().enumerate();
         columns.for_each_init(Vec::new, |work, (i, mut column)| {
             let mut sums = vec![Complex64::ZERO; y.band.count];
@@ -177,7 +178,7 @@ impl PixelHop {
                 row.push(line);
             }
         }
-        let level = Level::new();
+        let level = level();
         let columns = rows.into_par_iter().enumerate();
         columns.for_each_init(Vec::new, |work, (i, parts)| {
             let bars = waves_bar.row(i).to_owned().into_iter();

@@ -8,11 +8,12 @@
 //! section 3.5). The only approximation is the quadrature by the field's own nodes. Tilted planes and
 //! scattered points cost nothing extra. Every node adds to every point.
 
-use fearless_simd::{Level, Simd, SimdBase, SimdFloat, dispatch, f64x8};
+use fearless_simd::{Simd, SimdBase, SimdFloat, dispatch, f64x8};
 use num_complex::Complex64;
 use rayon::prelude::*;
 
 use crate::math::lanes::{LANES, cis_turns};
+use crate::math::simd_level::level;
 use crate::wave::grid::field::Field;
 use crate::wave::grid::heights::Heights;
 
@@ -107,7 +108,7 @@ impl Emitters {
     /// The field at points (x, y, z) in front of the screen, in mm, in a medium where light has the given
     /// `wavelength` (vacuum wavelength over index, mm). The same bits for any number of threads.
     pub fn field_at(&self, points: &[[f64; 3]], wavelength: f64) -> Vec<Complex64> {
-        let level = Level::new();
+        let level = level();
         points
             .par_iter()
             .map(|point| dispatch!(level, simd => self.sum(simd, *point, wavelength)))

@@ -1,11 +1,12 @@
 //! What plane waves meet on their way through plane-parallel slabs: phase, interfaces, and the taper that removes the
 //! directions whose periodic copies would reach the target. Eight waves are computed at once.
 
-use fearless_simd::{Level, Select, Simd, SimdBase, SimdFloat, dispatch, f64x8};
+use fearless_simd::{Select, Simd, SimdBase, SimdFloat, dispatch, f64x8};
 use ndarray::ArrayViewMut1;
 use num_complex::Complex64;
 
 use crate::math::lanes::{LANES, Lanes, cis_turns};
+use crate::math::simd_level::level;
 use crate::optics::refraction::{Coating, transmission};
 use crate::wave::free::free_plan::{FreePlan, Slab};
 
@@ -54,7 +55,7 @@ impl<'a> SlabTransfer<'a> {
         waves: ArrayViewMut1<Complex64>,
         p: impl Fn(usize) -> [f64; 2],
     ) {
-        dispatch!(Level::new(), simd => self.turn(simd, waves, &p, 1.0));
+        dispatch!(level(), simd => self.turn(simd, waves, &p, 1.0));
     }
 
     /// The conjugate transpose of [`SlabTransfer::apply`].
@@ -63,7 +64,7 @@ impl<'a> SlabTransfer<'a> {
         waves_bar: ArrayViewMut1<Complex64>,
         p: impl Fn(usize) -> [f64; 2],
     ) {
-        dispatch!(Level::new(), simd => self.turn(simd, waves_bar, &p, -1.0));
+        dispatch!(level(), simd => self.turn(simd, waves_bar, &p, -1.0));
     }
 
     /// What the waves from this one on meet.
@@ -72,7 +73,7 @@ impl<'a> SlabTransfer<'a> {
         first: usize,
         p: impl Fn(usize) -> [f64; 2],
     ) -> Crossings {
-        dispatch!(Level::new(), simd => {
+        dispatch!(level(), simd => {
             let [path, size] = self.cross(simd, directions(simd, first, &p));
             Crossings { path: path.into(), size: size.into() }
         })

@@ -1,9 +1,10 @@
 //! Beamlets summed on the samples of one tile, divided by the tile's carrier, and the transpose.
 
-use fearless_simd::{Level, dispatch};
+use fearless_simd::dispatch;
 use ndarray::Array2;
 use num_complex::Complex64;
 
+use crate::math::simd_level::level;
 use crate::wave::beamlet::beamlet_kernel::{BeamletKernel, Moments, Rows};
 use crate::wave::beamlet::wavelet::Arrival;
 use crate::wave::grid::raster::Raster;
@@ -31,7 +32,7 @@ impl Gather {
         for arrival in arrivals {
             let beside = self.carrier.beside(arrival, self.k);
             if let Some(kernel) = BeamletKernel::new(&beside, &self.raster, limit, self.k) {
-                evaluations += dispatch!(Level::new(), simd => kernel.add(simd, &mut rows));
+                evaluations += dispatch!(level(), simd => kernel.add(simd, &mut rows));
             }
         }
         let [nx, ny] = self.raster.size;
@@ -56,7 +57,7 @@ impl Gather {
             let Some(kernel) = BeamletKernel::new(&beside, &self.raster, limit, self.k) else {
                 return [Complex64::ZERO; 6];
             };
-            let moments = dispatch!(Level::new(), simd => kernel.add_adjoint(simd, &rows));
+            let moments = dispatch!(level(), simd => kernel.add_adjoint(simd, &rows));
             // amplitude of the beamlet beside the carrier = amplitude·removed
             let turned = self.carrier.removed(arrival.at, self.k).conj();
             moments.map(|moment| moment * turned)

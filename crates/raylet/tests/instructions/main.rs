@@ -1,0 +1,155 @@
+//! Counts the instructions of the hot loops and compares them with `counts.toml`: a guard of their speed that needs no clock.
+//!
+//! Each loop runs in a process of its own, step by step, once for each kind of vector instructions that the machine has. A loop
+//! may take 3 % more than its count; a loop that has become faster by more than that needs a new count, or the guard would
+//! not notice when it is lost. `make instruction-counts` writes the file, as after a change of the compiler. The results of a loop
+//! are compared between the kinds of instructions.
+//!
+//! | file | what it holds |
+//! | --- | --- |
+//! | `loops` | The loops, and their inputs |
+//! | `stepping` | Counting the instructions of another process |
+//! | `counts.toml` | The counts, by loop and kind of instructions |
+
+#[cfg(all(target_os = "linux", target_arch = "x86_64"))]
+mod loops;
+#[cfg(all(target_os = "linux", target_arch = "x86_64"))]
+mod stepping;
+
+/// Where loops are not counted.
+#[cfg(not(all(target_os = "linux", target_arch = "x86_64")))]
+fn main() {
+    println!("skipped: instructions are counted on Linux with x86-64 alone");
+}
+
+#[cfg(all(target_os = "linux", target_arch = "x86_64"))]
+fn main() {
+    counted::main();
+}
+
+#[cfg(all(target_os = "linux", target_arch = "x86_64"))]
+mod counted {
+    use std::collections::BTreeMap;
+    use std::path::{Path, PathBuf};
+    use std::process::exit;
+    use std::{env, fs};
+
+    use crate::loops::{LOOPS, run_loop};
+    use crate::stepping::{Counted, count_steps, stay_on_one_processor};
+
+    /// Kinds of vector instructions, the narrowest first.
+    const LEVELS: [&str; 3] = ["baseline", "avx2", "avx512"];
+
+    /// Part by which a count may differ: where arrays lie decides on a few instructions.
+    const TOLERANCE: f64 = 0.03;
+
+    /// Part by which results may differ between kinds of instructions, of the largest.
+    const SAME: f64 = 1e-13;
+
+    /// Counts by loop and kind of instructions.
+    type Counts = BTreeMap<String, BTreeMap<String, u64>>;
+
+    /// Counts and compares, or is the process that is counted.
+    pub(crate) fn main() {
+        let words: Vec<String> = env::args().skip(1).collect();
+        match words.iter().map(String::as_str).collect::<Vec<_>>()[..] {
+            ["--loop", name, level] => return run_loop(name, level),
+            ["--write"] => return write(&counts()),
+            _ => {}
+        }
+        // Other profiles have other instructions, and a name on the command line means another test.
+        let is_release =
+            env::current_exe().is_ok_and(|exe| exe.iter().any(|part| part == "release"));
+        if !is_release || words.iter().any(|word| !word.starts_with('-')) {
+            println!("skipped: instructions are counted in the profile `release`, with all tests");
+            return;
+        }
+        let known: Counts =
+            toml::from_str(&fs::read_to_string(place()).expect("counts.toml")).expect("counts");
+        let faults = faults(&known, &counts());
+        faults.iter().for_each(|fault| println!("{fault}"));
+        exit(i32::from(!faults.is_empty()));
+    }
+
+    /// Counts of all loops, with each kind of instructions that the processor has. Results are compared on the way.
+    fn counts() -> Counts {
+        if let Err(error) = stay_on_one_processor() {
+            println!("on any processor, which takes longer: {error}");
+        }
+        let mut counts = Counts::new();
+        for name in LOOPS {
+            let mut narrow: Option<Vec<f64>> = None;
+            for level in LEVELS {
+                let Counted { steps, results } = match count_steps(name, level) {
+                    Ok(Some(counted)) => counted,
+                    Ok(None) => continue,
+                    Err(error) => {
+                        println!("{name}, {level}: {error}");
+                        exit(1);
+                    }
+                };
+                println!("{name}, {level}: {steps} instructions");
+                let first = narrow.get_or_insert_with(|| results.clone());
+                let largest = first.iter().fold(0.0, |most: f64, x| most.max(x.abs()));
+                let differs = |(a, b): (&f64, &f64)| (a - b).abs() > SAME * largest;
+                if first.len() != results.len() || first.iter().zip(&results).any(differs) {
+                    println!(
+                        "{name}: results with {level} differ from those with {}",
+                        LEVELS[0]
+                    );
+                    exit(1);
+                }
+                counts
+                    .entry(name.to_owned())
+                    .or_default()
+                    .insert(level.to_owned(), steps);
+            }
+        }
+        counts
+    }
+
+    /// What is wrong with counts, in sentences.
+    fn faults(known: &Counts, found: &Counts) -> Vec<String> {
+        let mut faults = Vec::new();
+        for (name, levels) in found {
+            for (level, count) in levels {
+                let levels = known.get(name);
+                let Some(usual) = levels.and_then(|levels| levels.get(level)) else {
+                    match levels {
+                        Some(_) => {
+                            println!("{name}, {level}: not compared, as counts.toml has none")
+                        }
+                        None => faults.push(format!("{name}: no count in counts.toml")),
+                    }
+                    continue;
+                };
+                let change = *count as f64 / *usual as f64 - 1.0;
+                if change.abs() > TOLERANCE {
+                    faults.push(format!(
+                        "{name}, {level}: {count} instructions, {usual} before ({:+.1} %, allowed {:.0} %); \
+                         if that is meant, make instruction-counts",
+                        100.0 * change,
+                        100.0 * TOLERANCE
+                    ));
+                }
+            }
+        }
+        faults
+    }
+
+    /// Writes the counts; those with instructions that this processor does not have stay.
+    fn write(found: &Counts) {
+        let known = fs::read_to_string(place()).unwrap_or_default();
+        let mut all: Counts = toml::from_str(&known).unwrap_or_default();
+        for (name, levels) in found {
+            all.entry(name.clone()).or_default().extend(levels.clone());
+        }
+        all.retain(|name, _| found.contains_key(name));
+        let text = toml::to_string(&all).expect("counts as text");
+        fs::write(place(), text).expect("counts.toml is written");
+    }
+
+    fn place() -> PathBuf {
+        Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/instructions/counts.toml")
+    }
+}

@@ -1,0 +1,119 @@
+//! Counting the instructions of another process, which says by a signal where its loop begins and ends.
+
+use std::env;
+use std::io::{self, Read, Write};
+use std::process::{Child, Command, Stdio};
+
+use nix::sched::{CpuSet, sched_getcpu, sched_setaffinity};
+use nix::sys::ptrace;
+use nix::sys::signal::{Signal, raise};
+use nix::sys::wait::{WaitStatus, waitpid};
+use nix::unistd::Pid;
+
+/// The signal at the begin and the end of a loop. It never arrives: the process that counts takes it.
+const MARK: Signal = Signal::SIGUSR1;
+
+/// The status of a process that has not the instructions.
+pub(crate) const WITHOUT: i32 = 3;
+
+/// What a loop took, and what came of it.
+pub(crate) struct Counted {
+    /// Instructions.
+    pub(crate) steps: u64,
+    /// Results.
+    pub(crate) results: Vec<f64>,
+}
+
+/// Keeps this process and those that it starts on one processor: they take turns at every step.
+pub(crate) fn stay_on_one_processor() -> io::Result<()> {
+    let mut here = CpuSet::new();
+    here.set(sched_getcpu()?)?;
+    Ok(sched_setaffinity(Pid::from_raw(0), &here)?)
+}
+
+/// Counts the instructions of a loop in a process of its own; nothing where the processor has not these instructions.
+pub(crate) fn count_steps(name: &str, level: &str) -> io::Result<Option<Counted>> {
+    let mut child = Command::new(env::current_exe()?)
+        .args(["--loop", name, level])
+        .stdin(Stdio::piped())
+        .stdout(Stdio::piped())
+        .spawn()?;
+    let mut out = child.stdout.take().ok_or_else(|| fault("no output"))?;
+
+    // The process says that it is ready, or ends.
+    let mut ready = [0];
+    if out.read(&mut ready)? == 0 {
+        return match child.wait()?.code() {
+            Some(WITHOUT) => Ok(None),
+            code => Err(fault(&format!("ended with {code:?} before its loop"))),
+        };
+    }
+    let steps = steps(&mut child)?;
+    let mut text = String::new();
+    out.read_to_string(&mut text)?;
+    let status = child.wait()?;
+    if !status.success() {
+        return Err(fault(&format!("ended with {status}")));
+    }
+    let results = text
+        .split_whitespace()
+        .map(|bits| u64::from_str_radix(bits, 16).map(f64::from_bits));
+    Ok(Some(Counted {
+        steps,
+        results: results
+            .collect::<Result<_, _>>()
+            .map_err(io::Error::other)?,
+    }))
+}
+
+/// The instructions between two marks of a process that waits for a byte.
+fn steps(child: &mut Child) -> io::Result<u64> {
+    let pid = Pid::from_raw(child.id() as i32);
+    ptrace::attach(pid)?;
+    expect(pid, Signal::SIGSTOP)?;
+    child
+        .stdin
+        .take()
+        .ok_or_else(|| fault("no input"))?
+        .write_all(b".")?;
+    ptrace::cont(pid, None)?;
+    expect(pid, MARK)?;
+    let mut steps = 0;
+    loop {
+        ptrace::step(pid, None)?;
+        match waitpid(pid, None)? {
+            WaitStatus::Stopped(_, Signal::SIGTRAP) => steps += 1,
+            WaitStatus::Stopped(_, MARK) => break,
+            other => return Err(fault(&format!("{other:?} within its loop"))),
+        }
+    }
+    ptrace::detach(pid, None)?;
+    Ok(steps)
+}
+
+/// Waits until a process stops by a signal.
+fn expect(pid: Pid, signal: Signal) -> io::Result<()> {
+    match waitpid(pid, None)? {
+        WaitStatus::Stopped(_, found) if found == signal => Ok(()),
+        other => Err(fault(&format!("{other:?}, expected {signal}"))),
+    }
+}
+
+/// Runs a loop between two marks, once another process counts, and prints its results as bits.
+pub(crate) fn between_marks(run: impl FnOnce() -> Vec<f64>) -> io::Result<()> {
+    let mut out = io::stdout();
+    out.write_all(b"\n")?;
+    out.flush()?;
+    io::stdin().read_exact(&mut [0])?;
+    raise(MARK)?;
+    let results = run();
+    raise(MARK)?;
+    for result in results {
+        writeln!(out, "{:x}", result.to_bits())?;
+    }
+    Ok(())
+}
+
+fn fault(words: &str) -> io::Error {
+    io::Error::other(words.to_owned())
+}
