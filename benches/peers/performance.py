@@ -334,6 +334,10 @@ OTHER_HEAD = """
 
 TAIL = """
 
+Changes of the loops are noticed without a clock: a test counts their instructions, with each kind of vector
+instructions of the machine, and compares the counts with those that are stored
+(`crates/raylet/tests/instructions`, `make instruction-counts`).
+
 Times, memory and errors of whole systems are in [Systems at their real size](real_size.md); how they grow with the
 aperture is a plot in [Cost and error against the aperture](aperture_scaling.md).
 """
@@ -341,11 +345,12 @@ aperture is a plot in [Cost and error against the aperture](aperture_scaling.md)
 
 def others() -> Iterator[str]:
     """Figures that have no table of their own."""
-    found = medians("speed", "beamlets", "gradients")
+    found = medians("speed", "beamlets", "gradients", "paper")
     yield f"| values of beamlets summed on a raster | {found['values']} |"
     yield f"| the light of a hologram through a lens, once planned | {found['forward']} |"
     yield f"| the same with gradients by all pixels | {found['0']} |"
     yield f"| the same with gradients by all pixels and four numbers | {found['4']} |"
+    yield f"| draws of the source paper's method, with all that belongs to them | {found['whole']} |"
     of_import, of_run = first_result()
     yield f"| `import raylet` in a new process | {of_import:.2f} s |"
     yield f"| a new process that simulates `hybrid_achromat.toml` (20 mm, f/4) | {of_run:.2f} s |"
@@ -354,8 +359,10 @@ def others() -> Iterator[str]:
 def page() -> str:
     """The whole page."""
     versions = {name: version(name) for name in ("raylet", "optiland", "numpy", "torch", "finufft")}
-    model = re.search(r"model name\s*: (.*)", Path("/proc/cpuinfo").read_text())
+    processor = Path("/proc/cpuinfo").read_text()
+    model = re.search(r"model name\s*: (.*)", processor)
     machine = model[1] if model else platform.processor()
+    machine += " with " + next((name for name in ("avx512_vnni", "avx2") if f" {name} " in processor), "sse2")
     head = HEAD.format(machine=machine, cores=len(os.sched_getaffinity(0)), **versions)
     table = [row.markdown() for case in CASES for row in rows(case)]
     parts = [head + "\n".join(table), LOOP_HEAD + "\n".join(loops())]
