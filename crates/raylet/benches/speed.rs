@@ -217,10 +217,10 @@ mod paper {
         let modes = cutter.cut(&field, [0.0; 2]);
         let weights: Vec<f64> = modes.iter().map(|c| c.norm()).collect();
         bencher.counter(ItemsCount::new(DRAWS)).bench_local(|| {
-            let mut numbers: Vec<f64> = (0..DRAWS / 2)
+            let numbers: Vec<f64> = (0..DRAWS / 2)
                 .flat_map(|sample| pair(3, [0, 0, sample, 0]))
                 .collect();
-            draw(&weights, &mut numbers)
+            draw(&weights, &numbers)
         });
     }
 

@@ -3,34 +3,56 @@
 /// How often each of `weights` is drawn in as many independent draws as there are `uniforms`, with
 /// probability proportional to the weight: (index, count), ascending, only those drawn at all.
 ///
-/// `uniforms` are uniform in \[0, 1) and are sorted on the way. Without positive weights nothing is drawn.
-pub fn draw(weights: &[f64], uniforms: &mut [f64]) -> Vec<(usize, u32)> {
+/// `uniforms` are uniform in \[0, 1). Without positive weights nothing is drawn.
+pub fn draw(weights: &[f64], uniforms: &[f64]) -> Vec<(usize, u32)> {
     let total: f64 = weights.iter().sum();
     if total.is_nan() || total <= 0.0 {
         return Vec::new();
     }
-    uniforms.sort_unstable_by(f64::total_cmp);
-    let mut drawn: Vec<(usize, u32)> = Vec::new();
-    let (mut sum, mut next) = (0.0, 0);
+    let limits = limits(weights, total);
+
+    // The first index that a number of each of equal cells of [0, 1) can belong to: the search begins there.
+    let cells = weights.len();
+    let mut first = Vec::with_capacity(cells);
+    let mut index = 0;
+    for cell in 0..cells {
+        let low = cell as f64 / cells as f64;
+        while limits[index] <= low {
+            index += 1;
+        }
+        first.push(index as u32);
+    }
+    let mut counts = vec![0u32; weights.len()];
+    for uniform in uniforms {
+        let cell = (uniform * cells as f64) as usize;
+        let mut index = first[cell.min(cells - 1)] as usize;
+        // Rounding may put a number into the next cell.
+        while index > 0 && limits[index - 1] > *uniform {
+            index -= 1;
+        }
+        while limits[index] <= *uniform {
+            index += 1;
+        }
+        counts[index] += 1;
+    }
+    let drawn = counts.iter().enumerate().filter(|(_, count)| **count > 0);
+    drawn.map(|(index, count)| (index, *count)).collect()
+}
+
+/// Sums of the weights up to each one, over their total. Rounding may leave a number above the last of them; it belongs
+/// to the last weight.
+fn limits(weights: &[f64], total: f64) -> Vec<f64> {
     let last = weights.iter().rposition(|w| *w > 0.0).unwrap_or(0);
-    for (index, weight) in weights.iter().enumerate() {
+    let mut sum = 0.0;
+    let limit = |(index, weight): (usize, &f64)| {
         sum += weight;
-        // Rounding may leave the last number above the last partial sum; it belongs to the last weight.
-        let limit = if index == last {
+        if index >= last {
             f64::INFINITY
         } else {
             sum / total
-        };
-        let count = uniforms[next..].iter().take_while(|u| **u < limit).count();
-        if count > 0 {
-            drawn.push((index, count as u32));
-            next += count;
         }
-        if next == uniforms.len() {
-            break;
-        }
-    }
-    drawn
+    };
+    weights.iter().enumerate().map(limit).collect()
 }
 
 /// Probabilities min(1, const·weight) that add up to `count`; one for every positive weight when there
@@ -95,8 +117,8 @@ mod tests {
     fn counts_follow_the_weights() {
         let weights = [0.0, 3.0, 1.0, 0.0, 6.0, 0.0];
         let count = 200_000u32;
-        let mut uniforms: Vec<f64> = (0..count).map(|i| uniform(9, [i, 0, 0, 0])).collect();
-        let drawn = draw(&weights, &mut uniforms);
+        let uniforms: Vec<f64> = (0..count).map(|i| uniform(9, [i, 0, 0, 0])).collect();
+        let drawn = draw(&weights, &uniforms);
         assert_eq!(
             drawn.iter().map(|d| d.0).collect::<Vec<_>>(),
             [1, 2, 4],
@@ -110,11 +132,40 @@ mod tests {
         }
     }
 
+    /// Each number belongs to the first index whose partial sum exceeds it.
+    #[test]
+    fn numbers_find_their_indices() {
+        for count in [1, 2, 7, 300] {
+            let weight = |i: u32| uniform(4, [i, count, 0, 0]).powi(40).max(1e-200);
+            let weights: Vec<f64> = (0..count)
+                .map(|i| if i % 3 == 1 { 0.0 } else { weight(i) })
+                .collect();
+            let total: f64 = weights.iter().sum();
+            let mut uniforms: Vec<f64> = (0..500).map(|i| uniform(5, [i, 0, 0, 0])).collect();
+            uniforms.extend((0..count).map(|i| f64::from(i) / f64::from(count)));
+            let mut expected = vec![0; weights.len()];
+            for u in &uniforms {
+                let mut sum = 0.0;
+                let found = weights.iter().position(|weight| {
+                    sum += weight;
+                    *u < sum / total
+                });
+                let last = weights.iter().rposition(|weight| *weight > 0.0).unwrap();
+                expected[found.unwrap_or(last).min(last)] += 1;
+            }
+            let mut counts = vec![0; weights.len()];
+            for (index, count) in draw(&weights, &uniforms) {
+                counts[index] = count;
+            }
+            assert_eq!(counts, expected);
+        }
+    }
+
     #[test]
     fn nothing_is_drawn_from_nothing() {
-        assert!(draw(&[0.0, 0.0], &mut [0.3, 0.4]).is_empty());
-        assert!(draw(&[], &mut [0.3]).is_empty());
-        assert_eq!(draw(&[1.0, 1e-30], &mut [0.999_999_999]), [(0, 1)]);
+        assert!(draw(&[0.0, 0.0], &[0.3, 0.4]).is_empty());
+        assert!(draw(&[], &[0.3]).is_empty());
+        assert_eq!(draw(&[1.0, 1e-30], &[0.999_999_999]), [(0, 1)]);
     }
 
     #[test]

@@ -3,7 +3,10 @@
 //! Written with portable vectors, so that inside `fearless_simd::dispatch!` they become the machine's
 //! own instructions. No fused multiply-add is used: every instruction set gives the same bits.
 
-use fearless_simd::{Select, Simd, SimdBase, SimdFloat, f64x8, u64x8};
+use fearless_simd::{Select, Simd, SimdBase, SimdFloat, dispatch, f64x8, u64x8};
+use num_complex::Complex64;
+
+use crate::math::simd_level::level;
 
 /// Number of lanes.
 pub(crate) const LANES: usize = 8;
@@ -43,6 +46,26 @@ pub(crate) fn cis_turns<S: Simd>(t: f64x8<S>) -> (f64x8<S>, f64x8<S>) {
     let shifted = quarters + splat(ROUND);
     let rest = quarters - (shifted - splat(ROUND));
     turned(rest * splat(std::f64::consts::FRAC_PI_2), shifted.to_bits())
+}
+
+/// exp(2πi·t) for each t, as [`cis_turns`] has it, written to `out`.
+pub(crate) fn phasors(turns: &[f64], out: &mut [Complex64]) {
+    dispatch!(level(), simd => phasors_in(simd, turns, out));
+}
+
+#[inline(always)]
+fn phasors_in<S: Simd>(simd: S, turns: &[f64], out: &mut [Complex64]) {
+    for (turns, out) in turns.chunks(LANES).zip(out.chunks_mut(LANES)) {
+        let mut eight = [0.0; LANES];
+        eight[..turns.len()].copy_from_slice(turns);
+        let (cos, sin) = cis_turns(f64x8::from_slice(simd, &eight));
+        for (out, (re, im)) in out
+            .iter_mut()
+            .zip(cos.as_slice().iter().zip(sin.as_slice()))
+        {
+            *out = Complex64::new(*re, *im);
+        }
+    }
 }
 
 /// Cosine and sine of r + quadrant·π/2 for |r| ≤ π/4; only the quadrant's two low bits count.
@@ -142,8 +165,10 @@ pub(crate) fn exp<S: Simd>(x: f64x8<S>) -> f64x8<S> {
 #[cfg(test)]
 mod tests {
     use fearless_simd::{Simd, SimdBase, dispatch, f64x8};
+    use num_complex::Complex64;
 
-    use crate::math::lanes::{LANES, Lanes, cis, cis_turns, exp};
+    use crate::math::lanes::{LANES, Lanes, cis, cis_turns, exp, phasors};
+    use crate::math::simd_level::level;
 
     #[inline(always)]
     fn run<S: Simd>(simd: S, x: &Lanes) -> [Lanes; 3] {
@@ -186,6 +211,18 @@ mod tests {
                 // A million turns on, only the rounding of the argument shows.
                 assert!((far_cos[i] - cos[i]).abs() < 1e-9);
                 assert!((far_sin[i] - sin[i]).abs() < 1e-9);
+            }
+        }
+    }
+
+    #[test]
+    fn lists_of_any_length_have_their_phasors() {
+        for count in [0, 1, 7, 8, 21] {
+            let turns: Vec<f64> = (0..count).map(|i| 0.0137 * f64::from(i) - 0.4).collect();
+            let mut found = vec![Complex64::ZERO; turns.len()];
+            phasors(&turns, &mut found);
+            for (found, turn) in found.iter().zip(turns) {
+                assert!((found - Complex64::cis(std::f64::consts::TAU * turn)).norm() < 1e-15);
             }
         }
     }

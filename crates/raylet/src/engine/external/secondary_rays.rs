@@ -121,11 +121,11 @@ impl Drawing {
             Sampler::All => all(),
             Sampler::Multinomial => {
                 let each = sizes.iter().sum::<f64>() / self.most as f64;
-                let mut numbers: Vec<f64> = (0..self.most.div_ceil(2) as u32)
+                let numbers: Vec<f64> = (0..self.most.div_ceil(2) as u32)
                     .flat_map(|number| pair(self.seed, address(number)))
                     .take(self.most)
                     .collect();
-                draw(sizes, &mut numbers)
+                draw(sizes, &numbers)
                     .into_iter()
                     .map(|(index, drawn)| chosen(index, f64::from(drawn) * each / sizes[index]))
                     .collect()

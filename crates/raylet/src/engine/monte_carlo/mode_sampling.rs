@@ -79,7 +79,7 @@ impl PatchDraws {
                 }
             }
             Drawing::Multinomial => {
-                for (index, count) in draw(&size, &mut self.numbers()) {
+                for (index, count) in draw(&size, &self.numbers()) {
                     give(index, f64::from(count) * total / (each * size[index]));
                 }
             }

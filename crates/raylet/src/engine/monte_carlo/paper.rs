@@ -17,10 +17,10 @@ use crate::engine::monte_carlo::paper_plan::{DrawAddress, PaperPlan};
 use crate::engine::monte_carlo::tangent_patch::TangentPatch;
 use crate::engine::plan::settings::{Density, Sag, Sampler};
 use crate::engine::progress::{Cancelled, ShareDone};
-use crate::engine::ray_block::hop_rays::HopRays;
-use crate::engine::trace::ray_trace::Landing;
+use crate::engine::ray_block::hop_rays::{HopRays, LandingColumns};
 use crate::math::draw::{draw, inclusion, systematic};
 use crate::math::hilbert::hilbert_order;
+use crate::math::lanes::phasors;
 use crate::math::random::{Purpose, pair, uniform};
 use crate::optics::system::Hop;
 use crate::wave::beamlet::plane::{PlaneSum, PlaneWave};
@@ -275,16 +275,19 @@ impl<'a> PaperRun<'a> {
         };
         let (hop, start) = tangent_patch.start(&self.hop);
         let drawn = self.draw(&spectrum, &tangent_patch, patch);
-        let directions: Vec<[f64; 2]> = drawn
+        let starts: Vec<[f64; 4]> = drawn
             .iter()
             .map(|drawn| [bands[0].at(drawn.mode[1]), bands[1].at(drawn.mode[0])])
             .map(|rates| tangent_patch.cosines(rates).unwrap_or(rates))
+            .map(|[p, q]| [start[0], start[1], p, q])
             .collect();
-        let rays = HopRays::new(&hop);
-        for (drawn, landing) in drawn.iter().zip(rays.trace_from(start, &directions)) {
-            let fate = match landing {
-                Ok(landing) => {
-                    let wave = self.wave(&landing, drawn.amplitude * self.share);
+        let mut landings = LandingColumns::default();
+        HopRays::new(&hop).trace_into(&starts, &mut landings);
+        let phases = self.phases(&landings.path);
+        for (i, (drawn, phase)) in drawn.iter().zip(phases).enumerate() {
+            let fate = match landings.lost[i] {
+                None => {
+                    let wave = self.wave(&landings, i, phase * (drawn.amplitude * self.share));
                     waves.push(wave);
                     if to.contains(wave.at) {
                         Fate::Arrived
@@ -292,11 +295,22 @@ impl<'a> PaperRun<'a> {
                         Fate::Outside
                     }
                 }
-                Err(loss) => Fate::Lost(loss),
+                Some(loss) => Fate::Lost(loss),
             };
             tally.count(fate, drawn.energy);
         }
         (waves, tally)
+    }
+
+    /// exp(ik·path) of rays; those of lost rays are not used.
+    fn phases(&self, paths: &[f64]) -> Vec<Complex64> {
+        let turns: Vec<f64> = paths
+            .iter()
+            .map(|path| path / self.hop.wavelength)
+            .collect();
+        let mut phases = vec![Complex64::ZERO; turns.len()];
+        phasors(&turns, &mut phases);
+        phases
     }
 
     /// Draws modes that propagate; equal draws become one ray.
@@ -344,7 +358,7 @@ impl<'a> PaperRun<'a> {
             }
             Sampler::Multinomial => {
                 let each = weights.iter().sum::<f64>() / self.plan.secondary as f64;
-                draw(&weights, &mut self.numbers(patch))
+                draw(&weights, &self.numbers(patch))
                     .into_iter()
                     .map(|(index, count)| drawn(index, f64::from(count) * each / weights[index]))
                     .collect()
@@ -361,10 +375,11 @@ impl<'a> PaperRun<'a> {
             .collect()
     }
 
-    /// What a ray brings to the receiving screen, wherever it lands.
-    fn wave(&self, landing: &Landing, amplitude: Complex64) -> PlaneWave {
-        let phase = Complex64::cis(self.hop.wavenumber() * landing.path);
-        let [px, py] = landing.cosines;
+    /// What a ray of this amplitude brings to the receiving screen, wherever it lands.
+    fn wave(&self, landings: &LandingColumns, ray: usize, amplitude: Complex64) -> PlaneWave {
+        let [at, cosines] =
+            [&landings.at, &landings.cosines].map(|columns| [columns[0][ray], columns[1][ray]]);
+        let [px, py] = cosines;
         let n = self.hop.to.index;
         let size = if self.plan.obliquity {
             (1.0 - (px * px + py * py) / (n * n)).max(0.0).sqrt()
@@ -372,9 +387,9 @@ impl<'a> PaperRun<'a> {
             1.0
         };
         PlaneWave {
-            at: landing.at,
-            cosines: landing.cosines,
-            amplitude: phase * size * amplitude,
+            at,
+            cosines,
+            amplitude: size * amplitude,
         }
     }
 }

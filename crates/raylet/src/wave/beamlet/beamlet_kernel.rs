@@ -448,6 +448,7 @@ mod tests {
     use fearless_simd::dispatch;
     use num_complex::Complex64;
 
+    use crate::math::simd_level::level;
     use crate::wave::beamlet::beamlet_kernel::{BeamletKernel, Rows};
     use crate::wave::beamlet::wavelet::Arrival;
     use crate::wave::grid::raster::Raster;

@@ -3,13 +3,19 @@
 //! An infinite plane wave per ray is a Fourier sum over scattered frequencies, done by a non-uniform
 //! FFT: what a ray costs does not depend on the size of the screen.
 
+use std::f64::consts::TAU;
+
 use ndarray::Array2;
 use num_complex::Complex64;
 use rayon::prelude::*;
 
+use crate::math::lanes::phasors;
 use crate::math::nufft::{Nufft, NufftError};
 use crate::wave::beamlet::wavelet::Arrival;
 use crate::wave::grid::raster::Raster;
+
+/// Waves whose phases are found together.
+const GROUP: usize = 256;
 
 /// A plane wave amplitude·exp(ik p·(x − at)) on a receiving screen.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -74,12 +80,9 @@ impl PlaneSum {
         if waves.is_empty() {
             return;
         }
-        let (points, phases) = self.places(waves);
-        let strengths: Vec<Complex64> = waves
-            .par_iter()
-            .zip(&phases)
-            .map(|(wave, phase)| wave.amplitude * phase)
-            .collect();
+        let (points, mut strengths) = self.places(waves);
+        let pairs = strengths.par_iter_mut().zip(waves);
+        pairs.for_each(|(strength, wave)| *strength *= wave.amplitude);
         self.transform.type1(&points, &strengths, &mut self.values);
     }
 
@@ -128,14 +131,23 @@ impl PlaneSum {
     /// Angles per sample of waves, and their phases at the sample in the middle.
     fn places(&self, waves: &[PlaneWave]) -> (Vec<[f64; 2]>, Vec<Complex64>) {
         let (pitch, k, middle) = (self.raster.pitch, self.k, self.middle());
-        waves
-            .par_iter()
-            .map(|wave| {
-                let turn = [0, 1].map(|a| k * pitch[a] * wave.cosines[a]);
-                let along = |a: usize| wave.cosines[a] * (middle[a] - wave.at[a]);
-                (turn, Complex64::cis(k * (along(0) + along(1))))
-            })
-            .unzip()
+        let mut points = vec![[0.0; 2]; waves.len()];
+        let mut phases = vec![Complex64::ZERO; waves.len()];
+        let parts = points
+            .par_chunks_mut(GROUP)
+            .zip(phases.par_chunks_mut(GROUP));
+        parts
+            .zip(waves.par_chunks(GROUP))
+            .for_each(|((points, phases), waves)| {
+                let mut turns = [0.0; GROUP];
+                for ((point, turn), wave) in points.iter_mut().zip(&mut turns).zip(waves) {
+                    *point = [0, 1].map(|a| k * pitch[a] * wave.cosines[a]);
+                    let along = |a: usize| wave.cosines[a] * (middle[a] - wave.at[a]);
+                    *turn = k / TAU * (along(0) + along(1));
+                }
+                phasors(&turns[..waves.len()], phases);
+            });
+        (points, phases)
     }
 
     /// Whether a point lies within the raster.
