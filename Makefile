@@ -137,7 +137,7 @@ docs: install
 bench:
 	cargo bench --package raylet
 
-# Counts the instructions of the hot loops anew, after a change that is meant to alter them (crates/raylet/tests/instructions).
+# Counts the instructions of the hot loops anew, after a change that is meant to alter them (crates/raylet/benches/instructions).
 instruction-counts:
 	cargo test --release --workspace --test instructions -- --write
 

@@ -336,7 +336,7 @@ TAIL = """
 
 Changes of the loops are noticed without a clock: a test counts their instructions, with each kind of vector
 instructions of the machine, and compares the counts with those that are stored
-(`crates/raylet/tests/instructions`, `make instruction-counts`).
+(`crates/raylet/benches/instructions`, `make instruction-counts`).
 
 Times, memory and errors of whole systems are in [Systems at their real size](real_size.md); how they grow with the
 aperture is a plot in [Cost and error against the aperture](aperture_scaling.md).

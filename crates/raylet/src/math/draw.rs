@@ -6,31 +6,31 @@
 /// `uniforms` are uniform in \[0, 1). Without positive weights nothing is drawn.
 pub fn draw(weights: &[f64], uniforms: &[f64]) -> Vec<(usize, u32)> {
     let total: f64 = weights.iter().sum();
-    if total.is_nan() || total <= 0.0 {
+    if !(total > 0.0 && total.is_finite()) {
         return Vec::new();
     }
-    let limits = limits(weights, total);
+    let sums = partial_sums(weights);
 
     // The first index that a number of each of equal cells of [0, 1) can belong to: the search begins there.
-    let cells = weights.len();
+    let cells = weights.len().min(uniforms.len().max(1));
+    let step = total / cells as f64;
     let mut first = Vec::with_capacity(cells);
     let mut index = 0;
     for cell in 0..cells {
-        let low = cell as f64 / cells as f64;
-        while limits[index] <= low {
+        while sums[index] <= cell as f64 * step {
             index += 1;
         }
         first.push(index as u32);
     }
     let mut counts = vec![0u32; weights.len()];
     for uniform in uniforms {
-        let cell = (uniform * cells as f64) as usize;
+        let (place, cell) = (uniform * total, (uniform * cells as f64) as usize);
         let mut index = first[cell.min(cells - 1)] as usize;
         // Rounding may put a number into the next cell.
-        while index > 0 && limits[index - 1] > *uniform {
+        while index > 0 && sums[index - 1] > place {
             index -= 1;
         }
-        while limits[index] <= *uniform {
+        while sums[index] <= place {
             index += 1;
         }
         counts[index] += 1;
@@ -39,20 +39,20 @@ pub fn draw(weights: &[f64], uniforms: &[f64]) -> Vec<(usize, u32)> {
     drawn.map(|(index, count)| (index, *count)).collect()
 }
 
-/// Sums of the weights up to each one, over their total. Rounding may leave a number above the last of them; it belongs
-/// to the last weight.
-fn limits(weights: &[f64], total: f64) -> Vec<f64> {
-    let last = weights.iter().rposition(|w| *w > 0.0).unwrap_or(0);
+/// Sums of the weights up to each one. Rounding may leave a number above the last of them; it belongs to the last weight
+/// above zero, whose sum is infinite.
+fn partial_sums(weights: &[f64]) -> Vec<f64> {
     let mut sum = 0.0;
-    let limit = |(index, weight): (usize, &f64)| {
-        sum += weight;
-        if index >= last {
-            f64::INFINITY
-        } else {
-            sum / total
-        }
-    };
-    weights.iter().enumerate().map(limit).collect()
+    let mut sums: Vec<f64> = weights
+        .iter()
+        .map(|weight| {
+            sum += weight;
+            sum
+        })
+        .collect();
+    let last = weights.iter().rposition(|weight| *weight > 0.0);
+    sums[last.unwrap_or(0)..].fill(f64::INFINITY);
+    sums
 }
 
 /// Probabilities min(1, const·weight) that add up to `count`; one for every positive weight when there

@@ -9,7 +9,6 @@
 //! | --- | --- |
 //! | `loops` | The loops, and their inputs |
 //! | `stepping` | Counting the instructions of another process |
-//! | `counts.toml` | The counts, by loop and kind of instructions |
 
 #[cfg(all(target_os = "linux", target_arch = "x86_64"))]
 mod loops;
@@ -150,6 +149,6 @@ mod counted {
     }
 
     fn place() -> PathBuf {
-        Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/instructions/counts.toml")
+        Path::new(env!("CARGO_MANIFEST_DIR")).join("benches/instructions/counts.toml")
     }
 }
