@@ -18,6 +18,7 @@ from raylet._calls import checked, checked_element, unknown_argument
 from raylet._document import copied, element_names, npy, put_in, rebased, taken_out, write
 from raylet._plain import dumps, plain
 from raylet._refusal import RayletError, shown, type_name
+from raylet.exchange.fields import SampledField
 from raylet.layers import ARRAY_OF, Aperture, Layer, Pair, constant, pixel_shape
 from raylet.sources import Taper, sampled
 
@@ -87,7 +88,7 @@ class Prescription:
         self,
         samples: Any,
         *,
-        pitch_um: Pair,
+        pitch_um: Pair | None = None,
         distance_mm: float,
         size: Sequence[int] | None = None,
         decenter_mm: Sequence[float] = (0.0, 0.0),
@@ -95,9 +96,23 @@ class Prescription:
     ) -> Self:
         """A field of your own on a plane `distance_mm` before the first element's vertex, about the axis.
 
+        A :class:`raylet.SampledField`, such as :func:`raylet.read_beam` gives, has its pitch and place with it. Other
         `samples` [y, x] are complex and stand at the Nyquist rate or closer; between them the field has their band, and
         beyond them it is zero. They may be an array, the name of a .npy file, or a function of x and y in mm (arrays),
         which is called once for `size` [nx, ny] samples."""
+        if isinstance(samples, SampledField):
+            if pitch_um is not None:
+                raise RayletError("System.field_source: pitch_um for a SampledField, which has its own")
+            samples, pitch_um, middle = samples.placed(self._document["wavelength_um"])
+            if any(middle):
+                if any(tilt_deg):
+                    raise RayletError(
+                        f"System.field_source: tilt_deg {shown(tilt_deg)} for a field with its middle at"
+                        f" {shown(list(middle))} mm, expected a field about the axis"
+                    )
+                decenter_mm = [a + b for a, b in zip(decenter_mm, middle)]
+        elif pitch_um is None:
+            raise RayletError("System.field_source needs pitch_um: the distance of neighbouring samples in µm")
         plane = {"distance_mm": distance_mm, "decenter_mm": decenter_mm, "tilt_deg": tilt_deg}
         keys = {"kind": "field", "samples": "of its own", "pitch_um": pitch_um, "size": size, **plane}
         checked("System.field_source", "source", keys)

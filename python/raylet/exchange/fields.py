@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from raylet import _raylet
 from raylet._arrays import numbers, real
 from raylet._calls import public_call
-from raylet._refusal import described
+from raylet._refusal import RayletError, described
 
 if TYPE_CHECKING:
     import xarray
@@ -49,6 +49,25 @@ class SampledField:
 
         return dataset(*_whole(self))
 
+    def placed(self, wavelength_um: Any) -> tuple[NDArray[np.complex128], tuple[float, float], tuple[float, float]]:
+        """Samples [y, x], pitch in µm and the place of their middle in mm, of a field of one wavelength as a source."""
+        values, x, y, waves = _whole(self)
+        wanted = np.atleast_1d(wavelength_um)
+        if len(waves) != 1 or len(wanted) != 1 or abs(waves[0] - wanted[0]) > 1e-9 * wanted[0]:
+            raise RayletError(
+                f"a field at {_listed(waves)} µm, expected the one wavelength of the system: {_listed(wanted)} µm"
+            )
+        steps, middles = [], []
+        for name, axis in (("x_mm", x), ("y_mm", y)):
+            step = (axis[-1] - axis[0]) / (len(axis) - 1) if len(axis) > 1 else 0.0
+            even = axis[0] + step * np.arange(len(axis))
+            if not step > 0.0 or np.abs(axis - even).max() > 1e-6 * step:
+                raise RayletError(f"{name} with unequal steps, expected ascending, equally spaced positions")
+            steps.append(1e3 * step)
+            middle = 0.5 * (axis[0] + axis[-1])
+            middles.append(middle if abs(middle) > 1e-9 * step else 0.0)
+        return values[0], (steps[0], steps[1]), (middles[0], middles[1])
+
     @described
     def __repr__(self) -> str:
         shape, waves = np.shape(self.field), np.atleast_1d(self.wavelength_um)
@@ -81,6 +100,11 @@ def write_beam(
     """
     values, x, y, waves = _whole(field)
     return _raylet.write_beam(values, x, y, waves, path, wavelength, overwrite)
+
+
+def _listed(waves: NDArray[Any]) -> str:
+    """Wavelengths as text."""
+    return ", ".join(f"{wave:.9g}" for wave in waves)
 
 
 def _whole(

@@ -121,6 +121,44 @@ def test_fields_come_back_bit_by_bit(tmp_path: Path, end: str) -> None:
         raylet.write_beam(given, tmp_path / f"c.{end}")
 
 
+@pytest.mark.parametrize("end", ["npz", "fits", "h5", "zbf"])
+def test_a_field_of_a_file_goes_on_as_a_source(tmp_path: Path, end: str) -> None:
+    """A field at 3 mm, through a file, is at 5 mm what the lens itself brings there, wherever its samples lie."""
+
+    def lens(distance_mm: float, side: int) -> raylet.Result:
+        system = raylet.System(wavelength_um=0.6328).plane_wave(taper=raylet.beam_taper(0.08))
+        system.add_doe(raylet.lens(focal_length_mm=12.0), aperture=raylet.disc(0.25), thickness_mm=distance_mm)
+        return system.add_sensor(pixels=(side, side), pitch_um=5.0).simulate()
+
+    # A beam file has its middle on the axis; the others lie 25 µm aside, with the same light.
+    near = lens(3.0, 101)
+    columns = slice(0 if end == "zbf" else 10, None)
+    part = raylet.SampledField(near.field[:, columns], near.x_mm[columns], near.y_mm, np.array([0.6328]))
+    raylet.write_beam(part, tmp_path / f"a.{end}")
+    found = raylet.read_beam(tmp_path / f"a.{end}")
+    own = raylet.System(wavelength_um=0.6328).field_source(found, distance_mm=2.0)
+    again, direct = own.add_sensor(pixels=(41, 41), pitch_um=5.0).simulate().field, lens(5.0, 41).field
+    error = np.linalg.norm(again - direct) / np.linalg.norm(direct)
+    assert error < 2e-3, error
+
+
+def test_a_source_says_what_it_does_not_take(tmp_path: Path) -> None:
+    given = field()
+    system = raylet.System(wavelength_um=0.5)
+    one = raylet.SampledField(given.field[0], given.x_mm, given.y_mm, np.array([0.5]))
+    with pytest.raises(raylet.RayletError, match=r"a field at 0\.5, 0\.6 µm, expected the one wavelength"):
+        system.field_source(given, distance_mm=1.0)
+    with pytest.raises(raylet.RayletError, match="pitch_um for a SampledField"):
+        system.field_source(one, pitch_um=1.0, distance_mm=1.0)
+    with pytest.raises(raylet.RayletError, match="tilt_deg"):
+        system.field_source(one, distance_mm=1.0, tilt_deg=(1.0, 0.0, 0.0))
+    with pytest.raises(raylet.RayletError, match="needs pitch_um"):
+        system.field_source(given.field[0], distance_mm=1.0)
+    uneven = raylet.SampledField(given.field[0], np.array([0.0, 1.0, 2.0, 4.0]), given.y_mm, np.array([0.5]))
+    with pytest.raises(raylet.RayletError, match="x_mm with unequal steps"):
+        system.field_source(uneven, distance_mm=1.0)
+
+
 def test_fields_that_do_not_fit_are_refused(tmp_path: Path) -> None:
     given = field()
     bad = raylet.SampledField(given.field, given.y_mm, given.y_mm, given.wavelength_um)

@@ -16,7 +16,7 @@ use crate::file::maps::measured_map::MeasuredMap;
 /// What stands at the start of PLANE1 of a cube of real and imaginary parts.
 pub(crate) const REAL_PART: &str = "Real part";
 
-/// Reads an image: the extension named `key`, or else the first image with data.
+/// Reads an image: the extension named `key`, or else the first image with data. `usual` is the key of a scene that it is for.
 ///
 /// # Errors
 /// A file that cannot be read, no such image, an image of other than two axes that is no complex field, or one that
@@ -24,6 +24,7 @@ pub(crate) const REAL_PART: &str = "Real part";
 pub(crate) fn read_fits(
     path: &Path,
     key: Option<&str>,
+    usual: &str,
     limit: MemoryLimit,
 ) -> Result<MeasuredMap, Fault> {
     let refuse = |(found, expected): (String, String)| Fault::of_file(path, found, expected);
@@ -56,6 +57,12 @@ pub(crate) fn read_fits(
     let mut map = MeasuredMap::of(values.map_err(refuse)?);
     map.unit = header.text("BUNIT").map(str::to_owned);
     map.pitch_um = pitch(header).map_err(refuse)?;
+    for (number, axis, count) in [(1, "x", shown.first()), (2, "y", shown.get(1))] {
+        let count = count.copied().unwrap_or(1);
+        if let Some(ends) = ends(header, number, count).map_err(refuse)? {
+            map.place(axis, ends, usual);
+        }
+    }
     Ok(map)
 }
 
@@ -100,6 +107,20 @@ pub(crate) fn complex(
     let mut field = real.mapv(Complex64::from);
     field.zip_mut_with(&imaginary, |u, part| u.im = *part);
     Ok(field)
+}
+
+/// The first and the last position of an axis in µm, where the header places a sample of it: CRVAL at CRPIX, with CDELT and a
+/// unit of length.
+fn ends(header: &Header, axis: usize, count: usize) -> Result<Option<[f64; 2]>, (String, String)> {
+    let number = |name: &str| header.number(&format!("{name}{axis}"));
+    let unit = header.text(&format!("CUNIT{axis}")).and_then(Unit::named);
+    let (Some(value), Some(pixel), Some(step), Some(Unit::Length(um))) =
+        (number("CRVAL")?, number("CRPIX")?, number("CDELT")?, unit)
+    else {
+        return Ok(None);
+    };
+    let at = |place: f64| (value + (place - pixel) * step) * um;
+    Ok(Some([at(1.0), at(count as f64)]))
 }
 
 /// The distance of neighbouring samples in µm: CDELT with its unit of length, or PIXELSCL in metres.

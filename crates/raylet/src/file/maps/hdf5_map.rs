@@ -55,11 +55,15 @@ pub(crate) fn read_hdf5(
     let (ny, nx) = size;
     let axes = [("x", Axis(1), nx), ("y", Axis(0), ny)];
     for ((letter, axis, length), pitch) in axes.into_iter().zip(&mut pitch) {
-        let step = axis_step(path, &file, [folder, letter], length)?;
-        if step.is_some_and(|step| step < 0.0) {
+        let Some(ends) = axis_ends(path, &file, [folder, letter], length)? else {
+            continue;
+        };
+        let step = (ends[1] - ends[0]) / (length - 1) as f64;
+        if step < 0.0 {
             invert(&mut map.values, axis);
         }
-        *pitch = step.map(f64::abs);
+        map.place(letter, ends, usual);
+        *pitch = Some(step.abs());
     }
     if let [Some(x), Some(y)] = pitch {
         map.pitch_um = Some([x, y]);
@@ -107,13 +111,13 @@ fn size_of(shape: &[usize]) -> Option<(usize, usize)> {
     }
 }
 
-/// The step of an axis in µm, negative where it falls; none where there is no axis of this length with a unit of length.
-fn axis_step(
+/// The first and the last position of an axis in µm; none where there is no axis of this length with a unit of length.
+fn axis_ends(
     path: &Path,
     file: &Hdf5,
     [folder, letter]: [&str; 2],
     length: usize,
-) -> Result<Option<f64>, Fault> {
+) -> Result<Option<[f64; 2]>, Fault> {
     let names = [
         (format!("{letter}_mm"), Some(1e3)),
         (format!("{letter}_um"), Some(1.0)),
@@ -144,7 +148,7 @@ fn axis_step(
             let found = format!("`{name}` with unequal steps");
             return Err(Fault::of_file(path, found, "equally spaced positions"));
         }
-        return Ok(Some(step * um));
+        return Ok(Some([first * um, last * um]));
     }
     Ok(None)
 }

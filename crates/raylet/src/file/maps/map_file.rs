@@ -60,7 +60,7 @@ impl MapFormat {
         limit: MemoryLimit,
     ) -> Result<MeasuredMap, Fault> {
         match (self, key) {
-            (MapFormat::Fits, key) => read_fits(path, key, limit),
+            (MapFormat::Fits, key) => read_fits(path, key, usual, limit),
             (MapFormat::Hdf5, key) => read_hdf5(path, key, usual, limit),
             (MapFormat::Dat, None) => read_dat(path, usual, limit),
             (MapFormat::Tiff, None) => read_tiff(path, limit),

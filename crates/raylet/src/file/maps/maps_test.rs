@@ -2,7 +2,6 @@
 
 use std::fs;
 use std::io::Cursor;
-use std::path::Path;
 
 use hdf5_pure::{AttrValue, FileBuilder};
 use ndarray::{Array1, Array2, Array3, Axis, array};
@@ -119,7 +118,8 @@ pub(crate) fn hdf5_bytes() -> Vec<u8> {
     array.set_attr("units", AttrValue::String(String::from("nm")));
     file.create_dataset("x_mm")
         .with_f64_data(&[0.0, 0.5, 1.0, 1.5]);
-    file.create_dataset("y_mm").with_f64_data(&[2.0, 1.75, 1.5]);
+    file.create_dataset("y_mm")
+        .with_f64_data(&[0.25, 0.0, -0.25]);
     file.finish().unwrap()
 }
 
@@ -348,20 +348,37 @@ fn sizes_are_held_to_the_file_and_the_limit() {
 #[test]
 fn complex_samples_come_from_fields() {
     let fields = fields();
-    let one = Fields {
+    let one = |[x, y]: [f64; 2]| Fields {
         field: fields.field.select(Axis(0), &[1]),
         wavelength_um: fields.wavelength_um.select(Axis(0), &[1]),
-        ..fields
+        x_mm: Array1::from_iter((0..4).map(|i| f64::from(i) - 1.5 + x)),
+        y_mm: Array1::from_iter((0..3).map(|i| f64::from(i) - 1.0 + y)),
     };
-    let mut fits = Vec::new();
-    write_fits(&one, &mut fits).unwrap();
-    let mut hdf5 = Vec::new();
-    write_hdf5(&one, &mut hdf5).unwrap();
-    let expected: Array2<Complex64> = one.field.index_axis(Axis(0), 0).to_owned();
-    for (name, bytes) in [("f.fits", fits), ("f.h5", hdf5)] {
+    let files = |one: &Fields| {
+        let (mut fits, mut hdf5) = (Vec::new(), Vec::new());
+        write_fits(one, &mut fits).unwrap();
+        write_hdf5(one, &mut hdf5).unwrap();
+        [("f.fits", None, fits), ("f.h5", Some("field"), hdf5)]
+    };
+    let centred = one([0.0; 2]);
+    let expected: Array2<Complex64> = centred.field.index_axis(Axis(0), 0).to_owned();
+    for (name, key, bytes) in files(&centred) {
         let (_room, path) = write(name, &bytes);
-        let key = (name == "f.h5").then_some("field");
-        let samples = read_array(Path::new(&path), key, "samples", 1 << 20).unwrap();
+        let samples = read_array(&path, key, "samples", 1 << 20).unwrap();
         assert_eq!(*samples.values, Array::Complex(expected.clone()), "{name}");
+        assert_eq!(samples.pitch_um, Some([1000.0; 2]), "{name}");
+    }
+
+    // A source half a step beside the axis is another one; a map may lie there.
+    for (name, key, bytes) in files(&one([0.0, -0.5])) {
+        let (_room, path) = write(name, &bytes);
+        let refusal = read_array(&path, key, "samples", 1 << 20).unwrap_err();
+        let words = "middle along y is at -0.5 mm";
+        assert!(refusal.to_string().contains(words), "{refusal}");
+        assert!(read_array(&path, key, "transmission", 1 << 20).is_ok());
+    }
+    for (name, key, bytes) in files(&one([2.0, 0.0])) {
+        let (_room, path) = write(name, &bytes);
+        assert!(read_array(&path, key, "transmission", 1 << 20).is_err());
     }
 }
