@@ -71,7 +71,7 @@ fn refusals_name_the_file_or_the_option() {
     fs::write(room.path().join("a.zbf"), &bytes).unwrap();
     fs::write(room.path().join("short.zbf"), &bytes[..bytes.len() - 1]).unwrap();
     for (arguments, words) in [
-        (&["a.zbf", "-o", "a.txt"][..], ".zbf or .npz"),
+        (&["a.zbf", "-o", "a.txt"][..], ".zbf, .npz, .fits or .h5"),
         (&["short.zbf", "-o", "b.npz"], "short.zbf"),
         (
             &["a.zbf", "-o", "b.npz", "--wavelength", "2"],

@@ -18,8 +18,7 @@ use raylet::wave::beamlet::beamlet_sum::Canvas;
 use raylet::wave::beamlet::wavelet::Arrival;
 use raylet::wave::grid::raster::Raster;
 use raylet_testkit::parts::{self, conic, face, on_axis, sensor};
-
-use crate::stepping::{WITHOUT, between_marks};
+use raylet_testkit::stepping::{WITHOUT, between_marks};
 
 /// The names of all loops.
 pub(crate) const LOOPS: [&str; 8] = [

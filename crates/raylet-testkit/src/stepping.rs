@@ -1,8 +1,9 @@
 //! Counting the instructions of another process, which says by a signal where its loop begins and ends.
 
-use std::env;
 use std::io::{self, Read, Write};
+use std::ops::Range;
 use std::process::{Child, Command, Stdio};
+use std::{env, fs};
 
 use nix::sched::{CpuSet, sched_getcpu, sched_setaffinity};
 use nix::sys::ptrace;
@@ -14,25 +15,32 @@ use nix::unistd::Pid;
 const MARK: Signal = Signal::SIGUSR1;
 
 /// The status of a process that has not the instructions.
-pub(crate) const WITHOUT: i32 = 3;
+pub const WITHOUT: i32 = 3;
 
 /// What a loop took, and what came of it.
-pub(crate) struct Counted {
+pub struct Counted {
     /// Instructions.
-    pub(crate) steps: u64,
+    pub steps: u64,
     /// Results.
-    pub(crate) results: Vec<f64>,
+    pub results: Vec<f64>,
 }
 
 /// Keeps this process and those that it starts on one processor: they take turns at every step.
-pub(crate) fn stay_on_one_processor() -> io::Result<()> {
+///
+/// # Errors
+/// A system that refuses it.
+pub fn stay_on_one_processor() -> io::Result<()> {
     let mut here = CpuSet::new();
     here.set(sched_getcpu()?)?;
     Ok(sched_setaffinity(Pid::from_raw(0), &here)?)
 }
 
-/// Counts the instructions of a loop in a process of its own; nothing where the processor has not these instructions.
-pub(crate) fn count_steps(name: &str, level: &str) -> io::Result<Option<Counted>> {
+/// Counts the instructions of a loop in a process of its own, which this program starts with `--loop`, the name of the loop and
+/// that of the vector instructions; nothing where the processor has not these.
+///
+/// # Errors
+/// A process that cannot be followed, or ends otherwise.
+pub fn count_steps(name: &str, level: &str) -> io::Result<Option<Counted>> {
     let mut child = Command::new(env::current_exe()?)
         .args(["--loop", name, level])
         .stdin(Stdio::piped())
@@ -66,7 +74,7 @@ pub(crate) fn count_steps(name: &str, level: &str) -> io::Result<Option<Counted>
     }))
 }
 
-/// The instructions between two marks of a process that waits for a byte.
+/// The instructions of the program itself between two marks of a process that waits for a byte.
 fn steps(child: &mut Child) -> io::Result<u64> {
     let pid = Pid::from_raw(child.id() as i32);
     ptrace::attach(pid)?;
@@ -78,17 +86,33 @@ fn steps(child: &mut Child) -> io::Result<u64> {
         .write_all(b".")?;
     ptrace::cont(pid, None)?;
     expect(pid, MARK)?;
+    let own = own_code(pid)?;
     let mut steps = 0;
     loop {
         ptrace::step(pid, None)?;
         match waitpid(pid, None)? {
-            WaitStatus::Stopped(_, Signal::SIGTRAP) => steps += 1,
+            WaitStatus::Stopped(_, Signal::SIGTRAP) => {
+                steps += u64::from(own.contains(&ptrace::getregs(pid)?.rip));
+            }
             WaitStatus::Stopped(_, MARK) => break,
             other => return Err(fault(&format!("{other:?} within its loop"))),
         }
     }
     ptrace::detach(pid, None)?;
     Ok(steps)
+}
+
+/// Where the code of the program itself lies in a process. That of the system's libraries differs from machine to machine.
+fn own_code(pid: Pid) -> io::Result<Range<u64>> {
+    let maps = fs::read_to_string(format!("/proc/{pid}/maps"))?;
+    let program = env::current_exe()?;
+    let ends = maps.lines().find_map(|line| {
+        let is_code = line.contains(" r-xp ") && line.ends_with(&*program.to_string_lossy());
+        let (first, end) = line.split_whitespace().next()?.split_once('-')?;
+        let number = |text| u64::from_str_radix(text, 16).ok();
+        is_code.then_some(number(first)?..number(end)?)
+    });
+    ends.ok_or_else(|| fault("no code of its own"))
 }
 
 /// Waits until a process stops by a signal.
@@ -100,7 +124,10 @@ fn expect(pid: Pid, signal: Signal) -> io::Result<()> {
 }
 
 /// Runs a loop between two marks, once another process counts, and prints its results as bits.
-pub(crate) fn between_marks(run: impl FnOnce() -> Vec<f64>) -> io::Result<()> {
+///
+/// # Errors
+/// No process that counts.
+pub fn between_marks(run: impl FnOnce() -> Vec<f64>) -> io::Result<()> {
     let mut out = io::stdout();
     out.write_all(b"\n")?;
     out.flush()?;
