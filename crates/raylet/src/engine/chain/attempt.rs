@@ -126,11 +126,7 @@ mod tests {
     use crate::engine::local_bands::local_band_error::LocalBandError;
     use crate::engine::plan::settings::{Method, Settings};
     use crate::fixtures::noise::noise;
-    use crate::fixtures::parts::{box_pixels, conic, face, lit, on_axis, screen, sensor};
-    use crate::optics::aperture::Aperture;
-    use crate::optics::screen::ScreenKind;
-    use crate::optics::shape::Shape;
-    use crate::optics::surface::Surface;
+    use crate::fixtures::parts::{box_pixels, lit, on_axis, screen, sensor};
     use crate::optics::system::System;
 
     fn go_on(_: Progress) -> ControlFlow<()> {
@@ -173,38 +169,5 @@ mod tests {
             matches!(&refused, SimulateError::LocalBands(error) if of_bands(error)),
             "{refused}"
         );
-    }
-
-    /// Rims of a large lens cut single beamlets where local bands have no room for screens there.
-    #[test]
-    fn rims_cut_by_ray_where_their_screens_have_no_room() {
-        let stop = ScreenKind::Stop(Aperture::disc(3000.0));
-        let rear = Surface {
-            aperture: Aperture::disc(2400.0),
-            ..face(on_axis(1400.0), conic(-1.0 / 20_000.0, 0.0), [1.5, 1.0])
-        };
-        let front = face(on_axis(400.0), Shape::Plane, [1.0, 1.5]);
-        let system = lit(
-            vec![
-                screen(on_axis(0.0), stop),
-                screen(on_axis(41_400.0), sensor(16, 4.0)),
-            ],
-            vec![vec![front, rear]],
-        );
-        let settings = Settings {
-            method: Method::LocalBands,
-            ..Settings::default()
-        };
-        let planned = Attempt::plan(&system, &settings, &go_on).unwrap();
-        assert!(planned.rimmed.is_of_any_size());
-        let by_ray = Attempt::with_rims_by_ray(&system, &settings).unwrap();
-        assert!(!by_ray.rimmed.is_of_any_size());
-        let expected = by_ray.run(&system, &go_on).unwrap().field.values;
-
-        let screens = planned.run(&system, &go_on).unwrap().field.values;
-        let found = without_room(&system, Method::LocalBands).run(&system, &go_on);
-        let found = found.unwrap().field.values;
-        assert_eq!(found, expected);
-        assert_ne!(found, screens);
     }
 }
