@@ -126,7 +126,11 @@ mod tests {
     use crate::engine::local_bands::local_band_error::LocalBandError;
     use crate::engine::plan::settings::{Method, Settings};
     use crate::fixtures::noise::noise;
-    use crate::fixtures::parts::{box_pixels, lit, on_axis, screen, sensor};
+    use crate::fixtures::parts::{box_pixels, conic, face, lit, on_axis, screen, sensor};
+    use crate::optics::aperture::Aperture;
+    use crate::optics::screen::ScreenKind;
+    use crate::optics::shape::Shape;
+    use crate::optics::surface::Surface;
     use crate::optics::system::System;
 
     fn go_on(_: Progress) -> ControlFlow<()> {
@@ -140,7 +144,7 @@ mod tests {
             ..Settings::default()
         };
         let planned = Attempt::plan(system, &settings, &go_on).unwrap();
-        let mut bands = local_band_settings(system, &settings).unwrap();
+        let mut bands = local_band_settings(&planned.rimmed.system, &settings).unwrap();
         bands.memory_limit = 100_000;
         Attempt {
             chosen: Chosen::LocalBands(bands),
@@ -169,5 +173,26 @@ mod tests {
             matches!(&refused, SimulateError::LocalBands(error) if of_bands(error)),
             "{refused}"
         );
+    }
+
+    /// Where a screen at a large rim takes too much memory, the rim cuts beamlets one by one instead.
+    #[test]
+    fn rims_cut_by_ray_where_their_screens_are_too_large() {
+        let stop = screen(on_axis(0.0), ScreenKind::Stop(Aperture::disc(3000.0)));
+        let front = face(on_axis(400.0), Shape::Plane, [1.0, 1.5]);
+        let back = Surface {
+            aperture: Aperture::disc(2400.0),
+            ..face(on_axis(1400.0), conic(-1.0 / 20_000.0, 0.0), [1.5, 1.0])
+        };
+        let system = lit(
+            vec![stop, screen(on_axis(41_400.0), sensor(16, 4.0))],
+            vec![vec![front, back]],
+        );
+        let planned = without_room(&system, Method::LocalBands);
+        assert!(planned.rimmed.is_of_any_size());
+        let by_ray = Attempt::with_rims_by_ray(&system, &planned.settings).unwrap();
+        let expected = by_ray.run(&system, &go_on).unwrap();
+        let found = planned.run(&system, &go_on).unwrap();
+        assert_eq!(found.field.values, expected.field.values);
     }
 }
