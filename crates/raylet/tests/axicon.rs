@@ -36,11 +36,12 @@ fn exact(radius: f64, slope: f64, place: f64) -> Complex64 {
 }
 
 /// An axicon that turns light by half a degree. Tiles about its axis once were sampled for light that does not turn at all, so
-/// that the middle of wide ones was dark; and nodes at the rim were too coarse for its light, a twelfth of that on the axis.
+/// that the middle of wide ones was dark; and nodes at the rim were too coarse for its light, a twelfth of that on the axis. At the
+/// widest one it is summed along the edge: without it the error was 3e-2.
 #[test]
 fn wide_axicons_have_their_bright_axis() {
     let slope = -std::f64::consts::TAU / WAVELENGTH * 0.5f64.to_radians().sin();
-    for radius in [2.0, 3.0] {
+    for radius in [2.0, 3.0, 5.0] {
         let axicon = element(
             Layer::Phase(Profile::Axicon { slope }),
             Aperture::disc(radius),
@@ -58,7 +59,7 @@ fn wide_axicons_have_their_bright_axis() {
         let found = simulate(&system, &settings, &|_| {}).unwrap();
         let field = &found.field;
         let (mut off, mut all) = (0.0, 0.0);
-        for (i, value) in field.values.iter().enumerate() {
+        for (i, value) in field.values.iter().enumerate().step_by(5) {
             let expected = exact(radius, slope, field.grid.x.node(i).abs());
             off += (value - expected).norm_sqr();
             all += expected.norm_sqr();

@@ -7,6 +7,7 @@ mod analytic_phases;
 mod astigmatism;
 mod axicon;
 mod correction;
+mod edge_light;
 mod estimate;
 mod far_away;
 mod foreign_rays;

@@ -5,6 +5,7 @@ use crate::engine::chain::outcome::{
 };
 use crate::engine::chain::simulate_error::SimulateError;
 use crate::engine::local_bands::carry::{LocalBandHop, carry_with, planned};
+use crate::engine::local_bands::edge_workload::width_for_edge;
 use crate::engine::local_bands::local_band_error::LocalBandError;
 use crate::engine::local_bands::settings::{LocalBandSettings, STEP};
 use crate::engine::local_bands::source_aperture::source_aperture;
@@ -64,6 +65,9 @@ pub fn local_band_settings(
     planned(system, &chosen)?;
     if settings.sigma.is_none() {
         chosen.sigmas = quickest_widths(system, &chosen, shared.target_error)?;
+        if let Some(narrow) = width_for_edge(system, &chosen, shared.target_error)? {
+            chosen.sigmas = vec![narrow];
+        }
     }
     Ok(chosen)
 }

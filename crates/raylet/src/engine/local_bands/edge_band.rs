@@ -54,17 +54,40 @@ impl CutWindow {
 }
 
 /// The power that a straight edge of this length and way, `along` in mm, sends to the target by diffraction, for light of
-/// |U|² = 1, in mm². Directions that lead from it to the target are given beside the light's own.
-pub(crate) fn edge_power(directions: &WindowDirections, along: [f64; 2], k: f64) -> f64 {
+/// |U|² = 1, in mm², in directions from `least` on. Directions that lead from it to the target are given beside the light's own.
+pub(crate) fn edge_power(
+    directions: &WindowDirections,
+    along: [f64; 2],
+    k: f64,
+    least: f64,
+) -> f64 {
+    let length = along[0].hypot(along[1]);
+    let sides = normals(along).map(|normal| across_edge(directions, normal, least));
+    length * (sides[0] + sides[1]) / (2.0 * PI * k)
+}
+
+/// Both normals of an edge.
+pub(crate) fn normals(along: [f64; 2]) -> [[f64; 2]; 2] {
     let length = along[0].hypot(along[1]);
     let normal = [along[1] / length, -along[0] / length];
-    let sides = [1.0, -1.0].map(|side| across_edge(directions, normal.map(|n| side * n), 0.0));
-    length * (sides[0] + sides[1]) / (2.0 * PI * k)
+    [normal, normal.map(|n| -n)]
 }
 
 /// ∫ds/s² along the normal of an edge, over directions from `least` on that lead to the target itself; nothing where the normal
 /// leads past all beamlets that reach the target, infinite where the light itself leads there.
 fn across_edge(directions: &WindowDirections, normal: [f64; 2], least: f64) -> f64 {
+    match span_across_edge(directions, normal, least) {
+        Some([near, far]) => 1.0 / near - 1.0 / far,
+        None => 0.0,
+    }
+}
+
+/// The directions along the normal of an edge, from `least` on, that lead to the target itself; nothing where none does.
+pub(crate) fn span_across_edge(
+    directions: &WindowDirections,
+    normal: [f64; 2],
+    least: f64,
+) -> Option<[f64; 2]> {
     let bounds = &directions.bounds;
     let sides = [0, 1].map(|a| [bounds[2 * a], bounds[2 * a + 1]]);
     let middle = sides.map(|[low, high]| 0.5 * (low + high));
@@ -73,17 +96,13 @@ fn across_edge(directions: &WindowDirections, normal: [f64; 2], least: f64) -> f
     let across = [-normal[1], normal[0]];
     let aside = middle[0] * across[0] + middle[1] * across[1];
     if aside.abs() > along(across, half) {
-        return 0.0;
+        return None;
     }
     let place = middle[0] * normal[0] + middle[1] * normal[1];
     let reach = along(normal, [0, 1].map(|a| directions.landing[a] * half[a]));
     let near = (place - reach).max(least);
     let far = place + reach;
-    if far > near {
-        1.0 / near - 1.0 / far
-    } else {
-        0.0
-    }
+    (far > near).then_some([near, far])
 }
 
 #[cfg(test)]

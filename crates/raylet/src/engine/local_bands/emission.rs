@@ -28,7 +28,12 @@ const ALIKE: f64 = 0.1;
 /// Windows farther inside an edge than this, in σ, do not notice it.
 const BESIDE_EDGE: f64 = 3.0;
 
+/// Plane waves of an edge alone are left out where they are weaker than this share of what others are: each is weak, and together
+/// they are one wave.
+pub(crate) const WEAKER_OF_EDGE: f64 = 0.3;
+
 /// What all windows of a hop share when they send their beamlets.
+#[derive(Clone, Copy)]
 pub(crate) struct Emission<'a> {
     /// The hop.
     pub hop: &'a Hop<'a>,
@@ -87,6 +92,14 @@ impl Kept {
 }
 
 impl Emission<'_> {
+    /// The same for plane waves of an edge alone.
+    pub(crate) fn of_edge(&self) -> Self {
+        Self {
+            weakest: WEAKER_OF_EDGE * self.weakest,
+            ..*self
+        }
+    }
+
     /// Traces the plane waves of a window to the target, as beamlets, and adds those that arrive to `out`.
     pub(crate) fn send(&self, waves: &WindowWaves, out: &mut Emitted) {
         let kept = self.kept(waves, &mut out.statistics);

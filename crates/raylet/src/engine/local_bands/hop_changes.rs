@@ -7,6 +7,7 @@ use ndarray::Array2;
 use num_complex::Complex64;
 
 use crate::engine::local_bands::chirped_beamlet::ChirpedStart;
+use crate::engine::local_bands::edge_light::EdgeLight;
 use crate::engine::local_bands::local_band_error::LocalBandError;
 use crate::engine::local_bands::source_light::{source_carrier, source_field, source_values};
 use crate::engine::trace::complex_rate::pull_rate;
@@ -187,6 +188,26 @@ impl<'a> HopChanges<'a> {
             let values = |element: &Element| element.values_at(samples, carrier, self.k);
             let (below, above) = (values(&pair.below), values(&pair.above));
             total[*parameter] += pull_rate([&below, &above], here, bar, pair.distance);
+        }
+    }
+
+    /// The same for the edge under a tile, from the cotangents of the element at its points.
+    pub(crate) fn pull_edge(
+        &self,
+        edge: &EdgeLight,
+        carrier: &Carrier,
+        bar: &[Complex64],
+        total: &mut [f64],
+    ) {
+        for (parameter, pair) in &self.elements {
+            let values = |element: &Element| -> Vec<Complex64> {
+                let each = edge.nodes.iter();
+                each.map(|node| element.value_at(node.at, carrier, self.k))
+                    .collect()
+            };
+            let (below, above) = (values(&pair.below), values(&pair.above));
+            let both = [&below[..], &above[..]];
+            total[*parameter] += pull_rate(both, &edge.through[..], bar, pair.distance);
         }
     }
 

@@ -25,6 +25,7 @@ use crate::engine::local_bands::target::{MARGIN, TargetRegion};
 use crate::engine::local_bands::tile_plan::TileRun;
 use crate::engine::local_bands::tile_run::{TileBar, TileValues};
 use crate::engine::progress::{Cancelled, Pulse, ShareDone};
+use crate::optics::aperture::{Aperture, Outline};
 use crate::optics::screen::{Screen, ScreenKind};
 use crate::optics::system::{Hop, System};
 use crate::wave::beamlet::beamlet_kernel::Moments;
@@ -231,6 +232,23 @@ impl<'a> HopStep<'a> {
             onward: OnwardWay::behind(system, settings, number, edge),
             target: TargetRegion::of(hop.to, margin, edge).ok_or_else(|| boundless(hop.to))?,
         })
+    }
+
+    /// What stands on its first screen; nothing where a smooth source has one beamlet a window.
+    pub(crate) fn element(&self) -> Option<&Element<'a>> {
+        self.element.as_ref()
+    }
+
+    /// Whether what an edge without corners sends far is summed along it: light that goes to a sensor, but for that of pixels.
+    pub(crate) fn sums_along_edge(&self) -> bool {
+        let round = |aperture: &Aperture| {
+            matches!(
+                aperture.outline,
+                Outline::Disc { .. } | Outline::Annulus { .. }
+            )
+        };
+        let element = self.element.as_ref();
+        self.ends() && element.is_some_and(|e| e.pixels().is_none() && round(e.aperture()))
     }
 
     /// Its windows.

@@ -18,6 +18,9 @@
 //! | `tile_plan` | One tile before its light goes on: carriers, samples, windows that see the target |
 //! | `tile_run` | One tile: from the light that arrives to the beamlets that leave, and back |
 //! | `edge_band` | The light of an edge that the nodes of its tile do not resolve |
+//! | `edge_light` | The light that an edge sends to a sensor far beside its own way, by an integral along the edge |
+//! | `edge_workload` | What light that an edge sends far asks for: the width of windows, and work |
+//! | `window_light` | The light under one window, from the samples of its tile |
 //! | `emission` | The beamlets of one window |
 //! | [`window_widths`] | How wide the windows of each screen may be |
 //! | `outside_aberration` | The aberration of windows whose centres lie outside an aperture |
@@ -31,6 +34,8 @@
 pub mod carry;
 pub(crate) mod chirped_beamlet;
 pub(crate) mod edge_band;
+pub(crate) mod edge_light;
+pub(crate) mod edge_workload;
 pub(crate) mod emission;
 pub(crate) mod held_light;
 pub(crate) mod hop_changes;
@@ -47,5 +52,6 @@ pub(crate) mod target;
 pub(crate) mod tile_plan;
 pub(crate) mod tile_run;
 pub(crate) mod window_directions;
+pub(crate) mod window_light;
 pub mod window_widths;
 pub(crate) mod workload;

@@ -118,6 +118,11 @@ impl LocalBandSettings {
         (beyond / allowed).ln().max(0.0).sqrt()
     }
 
+    /// The direction beside light of a wavenumber `k` up to which usual nodes at an edge resolve it, under windows of a width in mm.
+    pub(crate) fn resolved(&self, k: f64, sigma: f64) -> f64 {
+        PASSBAND * TAU * self.edge_nodes / (k * sigma)
+    }
+
     /// Complex values that one array of a tile may have.
     pub(crate) fn values_allowed(&self) -> u64 {
         (self.memory_limit / BYTES_OF_VALUE) as u64

@@ -124,7 +124,9 @@ fn diffracted(system: &System, hop: &Hop, rim: &[[f64; 2]]) -> Result<f64, Local
             sigma: WIDTH * hop.wavelength,
         };
         let found = window_directions(hop, &start, &target);
-        found.map_or(0.0, |found| edge_power(&found, along, hop.wavenumber()))
+        found.map_or(0.0, |found| {
+            edge_power(&found, along, hop.wavenumber(), 0.0)
+        })
     };
     let power: f64 = rim.iter().zip(next).map(side).sum();
     Ok((power / (landing as f64 * cell)).sqrt())

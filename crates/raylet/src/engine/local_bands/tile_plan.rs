@@ -3,17 +3,17 @@
 //!
 //! `carry_kept_dot_product` (in `carry.rs`) tests the adjoint of a tile as a part of the whole run.
 
-use std::ops::Range;
-
 use ndarray::{Array2, ArrayView2};
 use num_complex::Complex64;
 
 use crate::engine::local_bands::chirped_beamlet::ChirpedStart;
+use crate::engine::local_bands::edge_light::EdgeLight;
 use crate::engine::local_bands::held_light::{ArrivingLight, TileLight};
 use crate::engine::local_bands::hop_statistics::HopStatistics;
 use crate::engine::local_bands::onward_way::{OnwardWay, directions_onward};
 use crate::engine::local_bands::settings::LocalBandSettings;
 use crate::engine::local_bands::target::TargetRegion;
+use crate::engine::local_bands::window_light::WindowLight;
 use crate::math::part::part;
 use crate::optics::system::Hop;
 use crate::wave::grid::field::Axis;
@@ -23,9 +23,7 @@ use crate::wave::local_bands::element_samples::{Element, ElementNodes, ElementSa
 use crate::wave::local_bands::fourier_axis::Modes;
 use crate::wave::local_bands::local_band::{WindowBlock, sample_pitch, window_half_band};
 use crate::wave::local_bands::tiling::{EdgeContact, LitWindow, REACH, Tile, Tiling, WindowShape};
-use crate::wave::local_bands::window_transform::{
-    NodeLine, SampleLine, WindowTransform, nodes_within,
-};
+use crate::wave::local_bands::window_transform::{NodeLine, WindowTransform, nodes_within};
 
 /// Light that counts for the band of an element lies within this many σ of a window's centre.
 const SEEN: f64 = 3.0;
@@ -55,7 +53,8 @@ pub(crate) struct TileRun<'a> {
 
 /// A window that sends light to the target.
 pub(crate) struct TargetedWindow {
-    window: [usize; 2],
+    /// Its numbers along x and y.
+    pub window: [usize; 2],
     /// Its carrier and width.
     pub start: ChirpedStart,
     /// Whether the aperture contains it, cuts it or blocks it.
@@ -80,6 +79,8 @@ pub(crate) struct TilePlan<'a> {
     pub carriers: [Carrier; 2],
     /// The element under windows that see no edge, and under those that an edge cuts.
     pub elements: [Option<ElementSamples>; 2],
+    /// The edge of the aperture, where light goes far beside its own way.
+    pub edge: Option<EdgeLight>,
     /// The windows that see the target.
     pub targeted: Vec<TargetedWindow>,
 }
@@ -91,6 +92,7 @@ pub(crate) struct TileOutline<'a> {
     own: Carrier,
     targeted: Vec<TargetedWindow>,
     area: TileArea,
+    edge: Option<EdgeLight>,
     /// The nodes of the element under windows that see no edge, and under those that an edge cuts.
     nodes: [Option<ElementNodes>; 2],
 }
@@ -98,12 +100,9 @@ pub(crate) struct TileOutline<'a> {
 /// The linear map from the samples of a tile to the plane waves of one window.
 pub(crate) struct WindowPlan {
     transform: WindowTransform,
-    /// The samples under the window along x and y, and ĝ over the spacing there.
-    weights: [(Range<usize>, Vec<f64>); 2],
+    light: WindowLight,
     /// Nodes of the element along x and y.
     nodes: [(usize, usize); 2],
-    /// The carriers' phase at the window's centre.
-    carried: Complex64,
     /// Directions of the plane waves.
     pub modes: [Modes; 2],
 }
@@ -116,6 +115,7 @@ impl<'a> TileRun<'a> {
             own,
             targeted,
             area,
+            edge,
             nodes,
         } = self.outline(tile, statistics)?;
         if statistics.largest_array > self.settings.values_allowed() {
@@ -123,6 +123,7 @@ impl<'a> TileRun<'a> {
         }
         Some(TilePlan {
             carriers: [light.carrier, own],
+            edge,
             samples: area.samples,
             light,
             elements: nodes.map(|nodes| Some(self.element.samples(nodes?, &own, self.k()))),
@@ -154,7 +155,11 @@ impl<'a> TileRun<'a> {
         if targeted.is_empty() {
             return None;
         }
-        let area = self.area(tile, &light, &targeted);
+        let mut area = self.area(tile, &light, &targeted);
+        let edge = self.edge_light(tile, &light, &own, &area, &targeted);
+        if edge.is_some() {
+            area.reach = [0.0; 2];
+        }
         let nodes = [EdgeContact::Inside, EdgeContact::Cut].map(|edge| {
             let needed = targeted.iter().any(|targeted| targeted.edge == edge);
             needed
@@ -175,6 +180,7 @@ impl<'a> TileRun<'a> {
             own,
             targeted,
             area,
+            edge,
             nodes,
         })
     }
@@ -185,12 +191,12 @@ impl<'a> TileRun<'a> {
         step.powi(4) / (period * period * std::f64::consts::PI)
     }
 
-    fn k(&self) -> f64 {
+    pub(crate) fn k(&self) -> f64 {
         self.hop.wavenumber()
     }
 
     /// Half the diagonal of the light under a tile.
-    fn far(&self) -> f64 {
+    pub(crate) fn far(&self) -> f64 {
         let side = self.settings.tile as f64 * self.shape.step + 2.0 * REACH;
         side * self.shape.sigma * std::f64::consts::FRAC_1_SQRT_2
     }
@@ -248,7 +254,7 @@ impl<'a> TileRun<'a> {
     }
 
     /// Half the band of a window itself.
-    fn window_half_band(&self) -> f64 {
+    pub(crate) fn window_half_band(&self) -> f64 {
         let WindowShape { step, sigma, .. } = self.shape;
         window_half_band(step, self.settings.threshold) / (self.k() * sigma)
     }
@@ -272,7 +278,11 @@ impl<'a> TileRun<'a> {
     }
 
     /// The plane waves of a window to be computed; nothing where no direction of the light leads to the target.
-    fn modes(&self, targeted: &TargetedWindow, half_band: Option<[f64; 2]>) -> Option<[Modes; 2]> {
+    pub(crate) fn modes(
+        &self,
+        targeted: &TargetedWindow,
+        half_band: Option<[f64; 2]>,
+    ) -> Option<[Modes; 2]> {
         let spacing = self.hop.wavelength / (self.shape.period * self.shape.sigma);
         let modes = [0, 1].map(|a| {
             let limit = half_band.map_or(f64::INFINITY, |band| band[a]);
@@ -287,19 +297,9 @@ impl<'a> TileRun<'a> {
     pub(crate) fn window(&self, plan: &TilePlan, targeted: &TargetedWindow) -> Option<WindowPlan> {
         let (_, element) = plan.element(targeted)?;
         let modes = self.modes(targeted, element.half_band)?;
-        let (at, k) = (targeted.start.carrier.at, self.k());
-        let weights = [0, 1].map(|a| {
-            let axis = &plan.samples[a];
-            let (range, mut weights) = self.tiling.positions[a].analysis(axis, targeted.window[a]);
-            weights.iter_mut().for_each(|weight| *weight /= axis.pitch);
-            (range, weights)
-        });
-        let samples = [0, 1].map(|a| SampleLine {
-            axis: &plan.samples[a],
-            range: (weights[a].0.start, weights[a].0.end),
-            centre: at[a],
-            k,
-        });
+        let at = targeted.start.carrier.at;
+        let light = self.window_light(plan, targeted);
+        let samples = light.lines(&plan.samples);
         let reach = REACH * self.shape.sigma;
         let lines = [0, 1].map(|a| NodeLine {
             axis: &element.nodes[a],
@@ -316,12 +316,10 @@ impl<'a> TileRun<'a> {
         let lines = (!element.at_samples).then_some([&lines[0], &lines[1]]);
         let modes_of = [&modes[0], &modes[1]];
         let transform = WindowTransform::new([&samples[0], &samples[1]], lines, modes_of);
-        let [arrived, own] = plan.carriers.map(|carrier| carrier.removed(at, k).conj());
         Some(WindowPlan {
             transform,
-            weights,
+            light,
             nodes,
-            carried: arrived * own,
             modes,
         })
     }
@@ -336,16 +334,6 @@ impl TilePlan<'_> {
 }
 
 impl WindowPlan {
-    /// The light under the window times ĝ, over the carriers about its centre.
-    fn windowed(&self, values: &Array2<Complex64>) -> Array2<Complex64> {
-        let [x, y] = &self.weights;
-        let mut light = part(values.view(), y.0.clone(), x.0.clone()).to_owned();
-        for ((j, i), value) in light.indexed_iter_mut() {
-            *value *= self.carried * (x.1[i] * y.1[j]);
-        }
-        light
-    }
-
     /// The transmission under the window.
     fn transmission<'a>(&self, element: &'a ElementSamples) -> Option<ArrayView2<'a, Complex64>> {
         let [x, y] = self.nodes;
@@ -360,7 +348,7 @@ impl WindowPlan {
         element: &ElementSamples,
     ) -> Array2<Complex64> {
         let through = self.transmission(element);
-        self.transform.apply(&self.windowed(values), through)
+        self.transform.apply(&self.light.windowed(values), through)
     }
 
     /// The conjugate transpose: adds to the cotangents of the light at the samples, and of the transmission.
@@ -375,17 +363,11 @@ impl WindowPlan {
         let through = self.transmission(element);
         let (light_bar, through_bar) =
             self.transform
-                .apply_adjoint(&self.windowed(values), through, waves_bar);
+                .apply_adjoint(&self.light.windowed(values), through, waves_bar);
         let [x, y] = self.nodes;
         let mut under = part(element_bar.view_mut(), y.0..y.1, x.0..x.1);
         under += &through_bar;
-
-        // light = values·carried·ĝ
-        let [x, y] = &self.weights;
-        let mut under = part(values_bar.view_mut(), y.0.clone(), x.0.clone());
-        for ((j, i), bar) in light_bar.indexed_iter() {
-            under[[j, i]] += bar * self.carried.conj() * (x.1[i] * y.1[j]);
-        }
+        self.light.add_adjoint(&light_bar, values_bar);
     }
 }
 
@@ -414,7 +396,7 @@ fn count([x, y]: &[Axis; 2]) -> u64 {
 }
 
 /// A box with a margin around it.
-fn grown([x0, x1, y0, y1]: [f64; 4], margin: f64) -> [f64; 4] {
+pub(crate) fn grown([x0, x1, y0, y1]: [f64; 4], margin: f64) -> [f64; 4] {
     [x0 - margin, x1 + margin, y0 - margin, y1 + margin]
 }
 

@@ -59,12 +59,18 @@ impl TileRun<'_> {
             return out;
         };
         out.statistics.evaluations += evaluations;
+        let of_edge = emission.of_edge();
         for targeted in &plan.targeted {
             if let Some(window) = self.transformed(&plan, targeted, values) {
                 emission.send(&window.waves, &mut out);
             }
-            let left_out = self.unresolved_edge(&plan, targeted, values);
-            out.statistics.tally.unresolved_edges += left_out;
+            match self.edge_window(&plan, targeted, values, of_edge.weakest) {
+                Some(window) => of_edge.send(&window.waves, &mut out),
+                None => {
+                    let left_out = self.unresolved_edge(&plan, targeted, values);
+                    out.statistics.tally.unresolved_edges += left_out;
+                }
+            }
         }
         out
     }
@@ -89,16 +95,26 @@ impl TileRun<'_> {
             let shape = |e: &ElementSamples| (e.nodes[1].len(), e.nodes[0].len());
             Array2::zeros(element.as_ref().map_or((0, 0), shape))
         });
+        let points = plan.edge.as_ref().map_or(0, |edge| edge.nodes.len());
+        let of_edge = emission.of_edge();
+        let mut edge_bar = vec![Complex64::ZERO; points];
         let mut parameters = vec![0.0; changes.count];
         for targeted in &plan.targeted {
-            let Some(window) = self.transformed(&plan, targeted, &values) else {
-                continue;
-            };
-            let waves_bar =
-                emission.send_adjoint(&window.waves, changes, &mut bars, &mut parameters);
-            let element_bar = &mut element_bars[window.edge];
-            let Transformed { plan, element, .. } = window;
-            plan.apply_adjoint(&values, element, &waves_bar, &mut values_bar, element_bar);
+            if let Some(window) = self.transformed(&plan, targeted, &values) {
+                let waves_bar =
+                    emission.send_adjoint(&window.waves, changes, &mut bars, &mut parameters);
+                let element_bar = &mut element_bars[window.edge];
+                let Transformed { plan, element, .. } = window;
+                plan.apply_adjoint(&values, element, &waves_bar, &mut values_bar, element_bar);
+            }
+            if let Some(window) = self.edge_window(&plan, targeted, &values, of_edge.weakest) {
+                let waves_bar =
+                    of_edge.send_adjoint(&window.waves, changes, &mut bars, &mut parameters);
+                window.add_adjoint(&values, &waves_bar, &mut values_bar, &mut edge_bar);
+            }
+        }
+        if let Some(edge) = &plan.edge {
+            changes.pull_edge(edge, &plan.carriers[1], &edge_bar, &mut parameters);
         }
         let mut pixels = Vec::new();
         for (element, bar) in plan.elements.iter().zip(&element_bars) {
@@ -128,10 +144,18 @@ impl TileRun<'_> {
     pub(crate) fn histogram(&self, tile: &Tile) -> Option<(ModeHistogram, TileValues)> {
         let plan = self.plan(tile, &mut HopStatistics::default())?;
         let found = plan.light.at(&plan.samples);
-        let targeted = plan.targeted.iter().step_by(SAMPLED);
-        let windows = targeted.filter_map(|targeted| self.transformed(&plan, targeted, &found.0));
-        let counted = windows.map(|window| ModeHistogram::of(window.waves.coefficients.iter()));
-        let all = counted.fold(ModeHistogram::default(), ModeHistogram::merge);
+        let counted = |waves: Option<&WindowWaves>| {
+            waves.map_or_else(ModeHistogram::default, |waves| {
+                ModeHistogram::of(waves.coefficients.iter())
+            })
+        };
+        let mut all = ModeHistogram::default();
+        for targeted in plan.targeted.iter().step_by(SAMPLED) {
+            let window = self.transformed(&plan, targeted, &found.0);
+            let edge = self.edge_window(&plan, targeted, &found.0, 0.0);
+            all = all.merge(counted(window.as_ref().map(|w| &w.waves)));
+            all = all.merge(counted(edge.as_ref().map(|w| &w.waves)));
+        }
         Some((all, found))
     }
 

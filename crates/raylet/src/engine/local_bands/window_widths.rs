@@ -129,7 +129,7 @@ fn opens(screen: &Screen, [x, y]: [f64; 2]) -> bool {
 }
 
 /// Carriers behind the element of a hop's first screen.
-fn behind(hop: &Hop, carriers: &[Carrier]) -> Result<Vec<Carrier>, LocalBandError> {
+pub(crate) fn behind(hop: &Hop, carriers: &[Carrier]) -> Result<Vec<Carrier>, LocalBandError> {
     let layers = || LocalBandError::Layers(hop.from.name.clone());
     let element = Element::of(hop.from).ok_or_else(layers)?;
     let bent = |carrier: &Carrier| {

@@ -1,6 +1,7 @@
 //! What a run by local bands will take, and whether its windows are narrow enough, by rays of the source.
 
 use crate::engine::local_bands::chirped_beamlet::ChirpedStart;
+use crate::engine::local_bands::edge_workload::SeenRim;
 use crate::engine::local_bands::hop_step::HopStep;
 use crate::engine::local_bands::local_band_error::LocalBandError;
 use crate::engine::local_bands::onward_way::directions_onward;
@@ -69,7 +70,11 @@ pub(crate) fn workload(
                     Some(_) if number == 0 => step.followed_share(),
                     _ => 1.0,
                 };
-                (work_of_hop(&step, carriers, settings, share), dropped)
+                let edge = work_of_edge(system, &step, settings);
+                (
+                    work_of_hop(&step, carriers, settings, share) + edge,
+                    dropped,
+                )
             }
         };
         Ok(LocalBandWorkload {
@@ -114,6 +119,15 @@ fn work_of_hop(
         }
     };
     carriers.iter().map(one).sum::<Work>() * (1.0 / carriers.len().max(1) as f64)
+}
+
+/// What the light takes that an edge sends far beside its own way.
+fn work_of_edge(system: &System, step: &HopStep, settings: &LocalBandSettings) -> Work {
+    let Some(rim) = SeenRim::of(system, step, settings) else {
+        return Work::default();
+    };
+    let way = WAVE + SURFACE * (as_conics(step.hop.train) + 1.0);
+    rim.work(way, |start, bounds| values(step, start, bounds))
 }
 
 /// The plane waves of a window.
@@ -199,18 +213,19 @@ impl Waves {
             + (OPERATION * folded_operations(folded, columns)).min(products)
     }
 
-    /// The same of a window that an edge cuts. Without pixels its nodes are as fine as the light of the edge asks for, and its
-    /// plane waves as many as they resolve.
+    /// The same of a window that an edge cuts. Without pixels its nodes are as fine as the light of the edge asks for, where that is
+    /// not summed along the edge, and its plane waves as many as they resolve.
     fn transform_seconds_at_edge(&self, step: &HopStep, settings: &LocalBandSettings) -> f64 {
         if step.pixel_pitch().is_some() {
             return self.transform_seconds(step);
         }
         let (plan, k) = (step.plan(), step.hop.wavenumber());
         let side = plan.sigma * ((settings.tile - 1) as f64 * plan.step + 2.0 * REACH);
-        let far = |a: usize| {
-            self.directions[2 * a]
+        let far = |a: usize| match step.sums_along_edge() {
+            true => 0.0,
+            false => self.directions[2 * a]
                 .abs()
-                .max(self.directions[2 * a + 1].abs())
+                .max(self.directions[2 * a + 1].abs()),
         };
         let area = TileArea {
             bounds: [-side, side, -side, side].map(|side| 0.5 * side),

@@ -63,6 +63,9 @@ pub(crate) mod local_bands {
     /// A plane wave of a window.
     pub(crate) const WAVE: f64 = 0.4e-6;
 
+    /// A plane wave of a window from an integral along an edge.
+    pub(crate) const EDGE_WAVE: f64 = 0.3e-6;
+
     /// A conic or plane that a plane wave of a window crosses; other shapes take longer.
     pub(crate) const SURFACE: f64 = 0.05e-6;
 

@@ -1,6 +1,5 @@
 //! The derivative of complex values with respect to a parameter, from their values a little below and a little above.
 
-use ndarray::Array2;
 use num_complex::Complex64;
 
 /// d(value)/dq from the values a little below and above: through the logarithm, whose steps a phase makes
@@ -13,13 +12,13 @@ fn rate(below: Complex64, here: Complex64, above: Complex64, distance: f64) -> C
 }
 
 /// Re Σ bar*·d(value)/dq.
-pub(crate) fn pull_rate(
-    [below, above]: [&Array2<Complex64>; 2],
-    here: &Array2<Complex64>,
-    bar: &Array2<Complex64>,
+pub(crate) fn pull_rate<'a, V: IntoIterator<Item = &'a Complex64>>(
+    [below, above]: [V; 2],
+    here: V,
+    bar: V,
     distance: f64,
 ) -> f64 {
-    let terms = below.iter().zip(above).zip(here.iter().zip(bar));
+    let terms = below.into_iter().zip(above).zip(here.into_iter().zip(bar));
     terms
         .map(|((below, above), (here, bar))| {
             (bar.conj() * rate(*below, *here, *above, distance)).re

@@ -156,6 +156,11 @@ impl<'a> Element<'a> {
         self.values(&samples.nodes, carrier, k, !samples.at_samples)
     }
 
+    /// The transmission over a `carrier` at one point, as if there were no aperture.
+    pub(crate) fn value_at(&self, at: [f64; 2], carrier: &Carrier, k: f64) -> Complex64 {
+        self.transmission(at) * carrier.removed(at, k)
+    }
+
     /// The nodes of a tile at which the transmission over the element's own `carrier` is to be sampled; `cut` where an edge of
     /// the aperture crosses windows of the tile.
     pub(crate) fn nodes_of(

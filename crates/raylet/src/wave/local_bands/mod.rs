@@ -8,6 +8,8 @@
 //! | `gather` | Beamlets summed on the samples of one tile, and back |
 //! | `aperture_scan` | The open shares of many cells |
 //! | `edge_mask` | An aperture at the nodes of one tile, with a limited band |
+//! | `edge_points` | Points along the edge of an aperture, for integrals along it |
+//! | `edge_sum` | What an edge under one window sends far beside the way of the light, as an integral along it |
 //! | `element_phase` | The smooth part of an element's phase under a tile |
 //! | `element_samples` | The transmission of an element at the nodes of one tile |
 //! | `reused_array` | Large arrays of a tile, whose memory the next tile uses again |
@@ -19,6 +21,8 @@
 pub(crate) mod aperture_scan;
 pub(crate) mod carrier;
 pub(crate) mod edge_mask;
+pub(crate) mod edge_points;
+pub(crate) mod edge_sum;
 pub(crate) mod element_phase;
 pub(crate) mod element_samples;
 pub(crate) mod folded_fourier;

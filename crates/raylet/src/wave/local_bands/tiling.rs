@@ -13,7 +13,7 @@ use crate::wave::patches::window::Positions;
 pub(crate) const REACH: f64 = 4.3;
 
 /// A window whose centre lies this many σ inside an edge does not see it, and one this far outside has no light.
-const CLEAR: f64 = 3.5;
+pub(crate) const CLEAR: f64 = 3.5;
 
 /// Samples of a tile outside its windows, so that rounding leaves none out.
 const SPARE: usize = 2;

@@ -51,14 +51,17 @@ struct Interpolation {
     y: Array2<f64>,
 }
 
-/// The sum of sinc functions that continues samples to nodes: sin(πt)/π(t − n) has one sine for each node.
-fn interpolation(samples: &SampleLine, nodes: &NodeLine) -> Array2<f64> {
-    let count = [nodes.range, samples.range].map(|(low, high)| high - low);
+/// The sum of sinc functions that continues samples to places, a row for each: sin(πt)/π(t − n) has one sine for each place.
+pub(crate) fn interpolation(
+    samples: &SampleLine,
+    places: impl ExactSizeIterator<Item = f64>,
+) -> Array2<f64> {
+    let (low, high) = samples.range;
     let pitch = samples.axis.pitch;
-    let first = samples.axis.node(samples.range.0);
-    let mut matrix = Array2::zeros((count[0], count[1]));
-    for (i, mut row) in matrix.rows_mut().into_iter().enumerate() {
-        let t = (nodes.axis.node(nodes.range.0 + i) - first) / pitch;
+    let first = samples.axis.node(low);
+    let mut matrix = Array2::zeros((places.len(), high - low));
+    for (mut row, place) in matrix.rows_mut().into_iter().zip(places) {
+        let t = (place - first) / pitch;
         let sine = (std::f64::consts::PI * (t - t.round())).sin() / std::f64::consts::PI;
         for (n, value) in row.iter_mut().enumerate() {
             let away = t - n as f64;
@@ -187,9 +190,14 @@ impl WindowTransform {
             }
         });
         Self {
-            to_nodes: nodes.map(|nodes| Interpolation {
-                x: interpolation(samples[0], nodes[0]),
-                y: interpolation(samples[1], nodes[1]),
+            to_nodes: nodes.map(|nodes| {
+                let along = |a: usize| {
+                    let (low, high) = nodes[a].range;
+                    let places = (low..high).map(|node| nodes[a].axis.node(node));
+                    interpolation(samples[a], places)
+                };
+                let [x, y] = [0, 1].map(along);
+                Interpolation { x, y }
             }),
             spectrum: Spectrum::new([&along[0], &along[1]]),
         }
