@@ -5,7 +5,6 @@
 mod abandon;
 mod analytic_phases;
 mod astigmatism;
-mod axicon;
 mod correction;
 mod edge_light;
 mod estimate;

@@ -14,7 +14,7 @@ use crate::engine::local_bands::window_light::WindowLight;
 use crate::optics::screen::ScreenKind;
 use crate::wave::local_bands::carrier::Carrier;
 use crate::wave::local_bands::edge_points::{EdgePoint, edge_points};
-use crate::wave::local_bands::edge_sum::{EdgeModes, EdgeNode, EdgeSum};
+use crate::wave::local_bands::edge_sum::{EdgeLight, EdgeModes, EdgeNode, EdgeSum};
 use crate::wave::local_bands::element_phase::TileArea;
 use crate::wave::local_bands::fourier_axis::Modes;
 use crate::wave::local_bands::tiling::{EdgeContact, REACH, Tile};
@@ -31,14 +31,6 @@ pub(crate) const MOST_WAVES: usize = 1 << 18;
 
 /// Cosine of the angle from point to point of an edge beyond which it has a corner.
 const CORNER: f64 = 0.9;
-
-/// The edge under a tile.
-pub(crate) struct EdgeLight {
-    /// Its points.
-    pub nodes: Vec<EdgeNode>,
-    /// The element there, over its carrier.
-    pub through: Vec<Complex64>,
-}
 
 /// A window with the plane waves that its edge sends.
 pub(crate) struct EdgeWindow {
@@ -154,7 +146,7 @@ impl TileRun<'_> {
 
 impl EdgeWindow {
     /// The conjugate transpose: adds to the cotangents of the light at the samples of the tile, and of the element at its edge.
-    pub(crate) fn add_adjoint(
+    pub(crate) fn edge_window_adjoint(
         &self,
         values: &Array2<Complex64>,
         waves_bar: &Array2<Complex64>,
@@ -163,7 +155,7 @@ impl EdgeWindow {
     ) {
         let windowed = self.light.windowed(values);
         let (light_bar, bars) = self.sum.apply_adjoint(&windowed, &self.through, waves_bar);
-        self.light.add_adjoint(&light_bar, values_bar);
+        self.light.windowed_adjoint(&light_bar, values_bar);
         for (place, bar) in self.places.iter().zip(bars) {
             through_bar[*place] += bar;
         }

@@ -7,7 +7,6 @@ use ndarray::Array2;
 use num_complex::Complex64;
 
 use crate::engine::local_bands::chirped_beamlet::ChirpedStart;
-use crate::engine::local_bands::edge_light::EdgeLight;
 use crate::engine::local_bands::local_band_error::LocalBandError;
 use crate::engine::local_bands::source_light::{source_carrier, source_field, source_values};
 use crate::engine::trace::complex_rate::pull_rate;
@@ -23,6 +22,7 @@ use crate::optics::system::Hop;
 use crate::wave::beamlet::beamlet_kernel::Moments;
 use crate::wave::grid::field::Axis;
 use crate::wave::local_bands::carrier::Carrier;
+use crate::wave::local_bands::edge_sum::EdgeLight;
 use crate::wave::local_bands::element_samples::{Element, ElementSamples};
 
 /// A value a little below and a little above the planned one.

@@ -7,7 +7,6 @@ use ndarray::{Array2, ArrayView2};
 use num_complex::Complex64;
 
 use crate::engine::local_bands::chirped_beamlet::ChirpedStart;
-use crate::engine::local_bands::edge_light::EdgeLight;
 use crate::engine::local_bands::held_light::{ArrivingLight, TileLight};
 use crate::engine::local_bands::hop_statistics::HopStatistics;
 use crate::engine::local_bands::onward_way::{OnwardWay, directions_onward};
@@ -18,6 +17,7 @@ use crate::math::part::part;
 use crate::optics::system::Hop;
 use crate::wave::grid::field::Axis;
 use crate::wave::local_bands::carrier::Carrier;
+use crate::wave::local_bands::edge_sum::EdgeLight;
 use crate::wave::local_bands::element_phase::TileArea;
 use crate::wave::local_bands::element_samples::{Element, ElementNodes, ElementSamples};
 use crate::wave::local_bands::fourier_axis::Modes;
@@ -53,8 +53,7 @@ pub(crate) struct TileRun<'a> {
 
 /// A window that sends light to the target.
 pub(crate) struct TargetedWindow {
-    /// Its numbers along x and y.
-    pub window: [usize; 2],
+    window: [usize; 2],
     /// Its carrier and width.
     pub start: ChirpedStart,
     /// Whether the aperture contains it, cuts it or blocks it.
@@ -293,6 +292,13 @@ impl<'a> TileRun<'a> {
         modes.iter().all(|modes| modes.count > 0).then_some(modes)
     }
 
+    /// The light under a window of a tile.
+    pub(crate) fn window_light(&self, plan: &TilePlan, targeted: &TargetedWindow) -> WindowLight {
+        let positions = &self.tiling.positions;
+        let window = targeted.window;
+        WindowLight::new(positions, &plan.samples, window, &plan.carriers, self.k())
+    }
+
     /// Plans a window of a tile; nothing where no direction of its light leads to the target.
     pub(crate) fn window(&self, plan: &TilePlan, targeted: &TargetedWindow) -> Option<WindowPlan> {
         let (_, element) = plan.element(targeted)?;
@@ -367,7 +373,7 @@ impl WindowPlan {
         let [x, y] = self.nodes;
         let mut under = part(element_bar.view_mut(), y.0..y.1, x.0..x.1);
         under += &through_bar;
-        self.light.add_adjoint(&light_bar, values_bar);
+        self.light.windowed_adjoint(&light_bar, values_bar);
     }
 }
 

@@ -110,7 +110,7 @@ impl TileRun<'_> {
             if let Some(window) = self.edge_window(&plan, targeted, &values, of_edge.weakest) {
                 let waves_bar =
                     of_edge.send_adjoint(&window.waves, changes, &mut bars, &mut parameters);
-                window.add_adjoint(&values, &waves_bar, &mut values_bar, &mut edge_bar);
+                window.edge_window_adjoint(&values, &waves_bar, &mut values_bar, &mut edge_bar);
             }
         }
         if let Some(edge) = &plan.edge {

@@ -1,14 +1,17 @@
 //! The light under one window, from the samples of its tile, and back.
+//!
+//! `carry_kept_dot_product` (in `carry.rs`) tests the adjoint as a part of the whole run.
 
 use std::ops::Range;
 
 use ndarray::Array2;
 use num_complex::Complex64;
 
-use crate::engine::local_bands::tile_plan::{TargetedWindow, TilePlan, TileRun};
 use crate::math::part::part;
 use crate::wave::grid::field::Axis;
+use crate::wave::local_bands::carrier::Carrier;
 use crate::wave::local_bands::window_transform::SampleLine;
+use crate::wave::patches::window::Positions;
 
 /// The linear map from the samples of a tile to the light under one window.
 pub(crate) struct WindowLight {
@@ -22,27 +25,31 @@ pub(crate) struct WindowLight {
     k: f64,
 }
 
-impl TileRun<'_> {
-    /// The light under a window of a tile.
-    pub(crate) fn window_light(&self, plan: &TilePlan, targeted: &TargetedWindow) -> WindowLight {
-        let (at, k) = (targeted.start.carrier.at, self.k());
+impl WindowLight {
+    /// That of a window of a tile with these samples, the carriers of the arriving light and of the element there.
+    pub(crate) fn new(
+        positions: &[Positions; 2],
+        samples: &[Axis; 2],
+        window: [usize; 2],
+        carriers: &[Carrier; 2],
+        k: f64,
+    ) -> Self {
         let weights = [0, 1].map(|a| {
-            let axis = &plan.samples[a];
-            let (range, mut weights) = self.tiling.positions[a].analysis(axis, targeted.window[a]);
+            let axis = &samples[a];
+            let (range, mut weights) = positions[a].analysis(axis, window[a]);
             weights.iter_mut().for_each(|weight| *weight /= axis.pitch);
             (range, weights)
         });
-        let [arrived, own] = plan.carriers.map(|carrier| carrier.removed(at, k).conj());
-        WindowLight {
+        let centre = [0, 1].map(|a| positions[a].at(window[a]));
+        let [arrived, own] = carriers.map(|carrier| carrier.removed(centre, k).conj());
+        Self {
             weights,
             carried: arrived * own,
-            centre: at,
+            centre,
             k,
         }
     }
-}
 
-impl WindowLight {
     /// The samples under the window along x and y, of those of its tile.
     pub(crate) fn lines<'a>(&self, samples: &'a [Axis; 2]) -> [SampleLine<'a>; 2] {
         [0, 1].map(|a| SampleLine {
@@ -64,7 +71,7 @@ impl WindowLight {
     }
 
     /// The conjugate transpose: adds to the cotangents of the samples.
-    pub(crate) fn add_adjoint(
+    pub(crate) fn windowed_adjoint(
         &self,
         light_bar: &Array2<Complex64>,
         values_bar: &mut Array2<Complex64>,

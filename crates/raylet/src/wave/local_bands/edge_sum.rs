@@ -28,6 +28,14 @@ pub(crate) struct EdgeNode {
     pub beside: [f64; 2],
 }
 
+/// The edge under a tile.
+pub(crate) struct EdgeLight {
+    /// Its points.
+    pub nodes: Vec<EdgeNode>,
+    /// The element there, over its carrier.
+    pub through: Vec<Complex64>,
+}
+
 /// The plane waves of a window to be computed.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct EdgeModes {
