@@ -225,3 +225,74 @@ fn pixels_match_differences_by_local_bands() {
     let error = (found - slope).abs() / slope.abs();
     assert!(error < 1e-5, "{found:e} against {slope:e}: {error:e}");
 }
+
+/// What the edge of a prism sends to a sensor aside, with this cosine of the light, coefficient of a phase (rad) and change of the
+/// radius (mm).
+fn prism([source, phase, radius]: [f64; 3]) -> System {
+    let bent = Profile::Radial {
+        radius: 0.3,
+        coefficients: vec![3.0 + phase],
+    };
+    let screens = vec![
+        screen(
+            on_axis(0.0),
+            ScreenKind::Doe(element(Layer::Phase(bent), Aperture::disc(0.3 + radius))),
+        ),
+        screen(
+            Frame {
+                origin: Vec3::new(0.9, 0.0, 2.0),
+                ..on_axis(2.0)
+            },
+            sensor(PIXELS, 2e-3),
+        ),
+    ];
+    System {
+        wavelength: WAVELENGTH,
+        source: plane_wave([0.01 + source, 0.0]),
+        screens,
+        trains: vec![Vec::new()],
+    }
+}
+
+/// Light of an edge alone: with the direction of the source, the phase of the element, and its radius.
+#[test]
+fn light_of_an_edge_matches_differences() {
+    let steps = [2e-6, 1e-2, 1e-6];
+    let along = |i: usize, by: f64| {
+        let mut at = [0.0; 3];
+        at[i] = by * steps[i];
+        at
+    };
+    let base = prism([0.0; 3]);
+    let variations: Vec<Variation> = (0..3)
+        .map(|i| Variation {
+            below: prism(along(i, -0.01)),
+            above: prism(along(i, 0.01)),
+            distance: 0.02 * steps[i],
+        })
+        .collect();
+    let settings = Settings {
+        sigma: Some(0.012),
+        ..settings()
+    };
+    let linearised = LinearisedSystem::new(&base, &variations, &settings).unwrap();
+    let pass = linearised.forward(&base).unwrap();
+    let (_, bar) = loss(&pass.field.values);
+    let found = linearised.adjoint(&base, &variations, &pass, &bar);
+    for (i, found) in found.unwrap().parameters.into_iter().enumerate() {
+        let value = |by: f64| {
+            loss(
+                &linearised
+                    .forward(&prism(along(i, by)))
+                    .unwrap()
+                    .field
+                    .values,
+            )
+            .0
+        };
+        let slope = (value(1.0) - value(-1.0)) / (2.0 * steps[i]);
+        let error = (found - slope).abs() / slope.abs();
+        let text = format!("{i}: {found:e} against {slope:e}, {error:e} apart");
+        assert!(error < [1e-2, 3e-3, 2e-2][i], "{text}");
+    }
+}

@@ -286,6 +286,7 @@ mod tests {
     use crate::fixtures::parts::{
         box_pixels, conic, element, face, on_axis, pixel_layer, plane_wave, screen, sensor,
     };
+    use crate::math::vec3::Vec3;
     use crate::optics::aperture::Aperture;
     use crate::optics::doe::Layer;
     use crate::optics::frame::Frame;
@@ -423,7 +424,48 @@ mod tests {
             threshold: 3e-2,
             ..LocalBandSettings::new(vec![0.06, 0.06])
         };
-        let (outcome, kept) = carry_kept(&system, &settings, &|_| uncancelled()).unwrap();
+        assert_pixels_transposed(&system, &settings, &[pixels(0), pixels(1)]);
+    }
+
+    /// Light of pixels that the edge of a prism sends to a sensor far aside.
+    #[test]
+    fn carry_kept_at_an_edge_dot_product() {
+        let pixels = noise((8, 7), 0);
+        let layer = pixel_layer(pixels.clone(), 0.02, PixelForm::Box);
+        let first = element(layer, Aperture::disc(0.06));
+        let gradient = [-400.0, 0.0];
+        let prism = element(
+            Layer::Phase(Profile::Linear { gradient }),
+            Aperture::disc(0.2),
+        );
+        let aside = Frame {
+            origin: Vec3::new(2.4, 0.0, 20.0),
+            ..on_axis(20.0)
+        };
+        let system = System {
+            wavelength: 0.5e-3,
+            source: plane_wave([0.0; 2]),
+            screens: vec![
+                screen(Frame::GLOBAL, ScreenKind::Doe(first)),
+                screen(on_axis(8.0), ScreenKind::Doe(prism)),
+                screen(aside, sensor(8, 0.01)),
+            ],
+            trains: vec![Vec::new(), Vec::new()],
+        };
+        let settings = LocalBandSettings {
+            threshold: 3e-2,
+            ..LocalBandSettings::new(vec![0.06, 0.02])
+        };
+        assert_pixels_transposed(&system, &settings, &[pixels]);
+    }
+
+    /// The field is linear in the pixels of each screen, and their cotangents are the transpose.
+    fn assert_pixels_transposed(
+        system: &System,
+        settings: &LocalBandSettings,
+        pixels: &[Array2<Complex64>],
+    ) {
+        let (outcome, kept) = carry_kept(system, settings, &|_| uncancelled()).unwrap();
         let field = outcome.field;
         let bar = Field {
             grid: field.grid.clone(),
@@ -434,15 +476,15 @@ mod tests {
             variations: &[],
             pulse: &uncancelled,
         };
-        let backs = carry_kept_adjoint(&system, &settings, &kept, &cotangent).unwrap();
+        let backs = carry_kept_adjoint(system, settings, &kept, &cotangent).unwrap();
         let inner = |a: &Array2<Complex64>, b: &Array2<Complex64>| -> Complex64 {
             a.iter().zip(b).map(|(a, b)| a.conj() * b).sum()
         };
         let forward = inner(&bar.values, &field.values);
-        for (purpose, back) in backs.pixels.iter().enumerate() {
-            let reverse = inner(back.as_ref().unwrap(), &pixels(purpose as u32));
+        for (number, (back, pixels)) in backs.pixels.iter().zip(pixels).enumerate() {
+            let reverse = inner(back.as_ref().unwrap(), pixels);
             let error = (forward - reverse).norm() / forward.norm();
-            assert!(error < 1e-11, "{purpose}: {forward} {reverse} {error:e}");
+            assert!(error < 1e-11, "{number}: {forward} {reverse} {error:e}");
         }
     }
 }

@@ -14,7 +14,7 @@ use crate::engine::local_bands::window_light::WindowLight;
 use crate::optics::screen::ScreenKind;
 use crate::wave::local_bands::carrier::Carrier;
 use crate::wave::local_bands::edge_points::{EdgePoint, edge_points};
-use crate::wave::local_bands::edge_sum::{EdgeLight, EdgeModes, EdgeNode, EdgeSum};
+use crate::wave::local_bands::edge_sum::{EdgeBar, EdgeLight, EdgeModes, EdgeNode, EdgeSum};
 use crate::wave::local_bands::element_phase::TileArea;
 use crate::wave::local_bands::fourier_axis::Modes;
 use crate::wave::local_bands::tiling::{EdgeContact, REACH, Tile};
@@ -27,7 +27,7 @@ const LEAST_STEP: f64 = 0.1;
 const NARROW: f64 = 0.5;
 
 /// Plane waves of a window at most.
-pub(crate) const MOST_WAVES: usize = 1 << 18;
+pub(crate) const MOST_WAVES: usize = 1 << 16;
 
 /// Cosine of the angle from point to point of an edge beyond which it has a corner.
 const CORNER: f64 = 0.9;
@@ -145,19 +145,20 @@ impl TileRun<'_> {
 }
 
 impl EdgeWindow {
-    /// The conjugate transpose: adds to the cotangents of the light at the samples of the tile, and of the element at its edge.
+    /// The conjugate transpose: adds to the cotangents of the light at the samples of the tile, and of the edge.
     pub(crate) fn edge_window_adjoint(
         &self,
         values: &Array2<Complex64>,
         waves_bar: &Array2<Complex64>,
         values_bar: &mut Array2<Complex64>,
-        through_bar: &mut [Complex64],
+        edge_bar: &mut EdgeBar,
     ) {
         let windowed = self.light.windowed(values);
         let (light_bar, bars) = self.sum.apply_adjoint(&windowed, &self.through, waves_bar);
         self.light.windowed_adjoint(&light_bar, values_bar);
-        for (place, bar) in self.places.iter().zip(bars) {
-            through_bar[*place] += bar;
+        for (n, place) in self.places.iter().enumerate() {
+            edge_bar.through[*place] += bars.through[n];
+            edge_bar.place[*place] += bars.place[n];
         }
     }
 }

@@ -22,7 +22,7 @@ use crate::optics::system::Hop;
 use crate::wave::beamlet::beamlet_kernel::Moments;
 use crate::wave::grid::field::Axis;
 use crate::wave::local_bands::carrier::Carrier;
-use crate::wave::local_bands::edge_sum::EdgeLight;
+use crate::wave::local_bands::edge_sum::{EdgeBar, EdgeLight};
 use crate::wave::local_bands::element_samples::{Element, ElementSamples};
 
 /// A value a little below and a little above the planned one.
@@ -191,23 +191,30 @@ impl<'a> HopChanges<'a> {
         }
     }
 
-    /// The same for the edge under a tile, from the cotangents of the element at its points.
+    /// The same for the edge under a tile, from the cotangents at its points: of the element there, and of where they lie.
     pub(crate) fn pull_edge(
         &self,
         edge: &EdgeLight,
         carrier: &Carrier,
-        bar: &[Complex64],
+        bar: &EdgeBar,
         total: &mut [f64],
     ) {
+        let all = || edge.nodes.iter().map(|node| node.at);
         for (parameter, pair) in &self.elements {
             let values = |element: &Element| -> Vec<Complex64> {
-                let each = edge.nodes.iter();
-                each.map(|node| element.value_at(node.at, carrier, self.k))
+                all()
+                    .map(|at| element.value_at(at, carrier, self.k))
                     .collect()
             };
             let (below, above) = (values(&pair.below), values(&pair.above));
             let both = [&below[..], &above[..]];
-            total[*parameter] += pull_rate(both, &edge.through[..], bar, pair.distance);
+            let element = pull_rate(both, &edge.through[..], &bar.through[..], pair.distance);
+
+            // The edge moves outwards where a point comes to lie deeper inside.
+            let depth = |element: &Element, [x, y]: [f64; 2]| element.aperture().depth(x, y);
+            let moved = |at| depth(&pair.above, at) - depth(&pair.below, at);
+            let place = all().zip(&bar.place).map(|(at, bar)| bar * moved(at));
+            total[*parameter] += element + place.sum::<f64>() / pair.distance;
         }
     }
 

@@ -14,6 +14,7 @@ use crate::engine::local_bands::hop_statistics::HopStatistics;
 use crate::engine::local_bands::tile_plan::{TargetedWindow, TilePlan, TileRun, WindowPlan};
 use crate::wave::beamlet::beamlet_kernel::Moments;
 use crate::wave::beamlet::wavelet::Arrival;
+use crate::wave::local_bands::edge_sum::EdgeBar;
 use crate::wave::local_bands::element_samples::ElementSamples;
 use crate::wave::local_bands::tiling::{EdgeContact, Tile};
 
@@ -97,7 +98,7 @@ impl TileRun<'_> {
         });
         let points = plan.edge.as_ref().map_or(0, |edge| edge.nodes.len());
         let of_edge = emission.of_edge();
-        let mut edge_bar = vec![Complex64::ZERO; points];
+        let mut edge_bar = EdgeBar::zeros(points);
         let mut parameters = vec![0.0; changes.count];
         for targeted in &plan.targeted {
             if let Some(window) = self.transformed(&plan, targeted, &values) {

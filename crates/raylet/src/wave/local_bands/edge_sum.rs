@@ -36,6 +36,25 @@ pub(crate) struct EdgeLight {
     pub through: Vec<Complex64>,
 }
 
+/// Cotangents at the points of an edge.
+#[derive(Default)]
+pub(crate) struct EdgeBar {
+    /// Of the element there.
+    pub through: Vec<Complex64>,
+    /// Of the place of the edge along its outward normal, in 1/mm.
+    pub place: Vec<f64>,
+}
+
+impl EdgeBar {
+    /// Zeros at so many points.
+    pub(crate) fn zeros(count: usize) -> Self {
+        Self {
+            through: vec![Complex64::ZERO; count],
+            place: vec![0.0; count],
+        }
+    }
+}
+
 /// The plane waves of a window to be computed.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct EdgeModes {
@@ -218,23 +237,31 @@ impl EdgeSum {
         waves
     }
 
-    /// The conjugate transpose: the cotangents of the samples, and of the transmission.
+    /// The conjugate transpose: the cotangents of the samples, of the transmission, and of the places of the edge, which turn the
+    /// phase of its plane waves.
     pub(crate) fn apply_adjoint(
         &self,
         samples: &Array2<Complex64>,
         through: &[Complex64],
         waves_bar: &Array2<Complex64>,
-    ) -> (Array2<Complex64>, Vec<Complex64>) {
-        let mut after_bar = vec![Complex64::ZERO; self.nodes.len()];
-        self.visit(|place, factors| {
-            let bar = waves_bar[place];
-            let each = after_bar.iter_mut().zip(factors);
-            each.for_each(|(after, factor)| *after += factor.conj() * bar);
-        });
+    ) -> (Array2<Complex64>, EdgeBar) {
         let light = self.at_nodes(samples);
-        let through_bar = { light.iter().zip(&after_bar) }
-            .map(|(light, bar)| light.conj() * bar)
-            .collect();
+        let mut after_bar = vec![Complex64::ZERO; self.nodes.len()];
+        let mut bars = EdgeBar::zeros(self.nodes.len());
+        self.visit(|[my, mx], factors| {
+            let (bar, s) = (waves_bar[[my, mx]], self.direction([mx, my]));
+            for (n, factor) in factors.iter().enumerate() {
+                after_bar[n] += factor.conj() * bar;
+                let EdgeNode { normal, beside, .. } = self.nodes[n];
+                let [x, y] = normal.map(|part| part / normal[0].hypot(normal[1]));
+                let across = (s[0] - beside[0]) * x + (s[1] - beside[1]) * y;
+                // −ik·across·wave
+                let wave = bar.conj() * factor * light[n] * through[n];
+                bars.place[n] += self.k * across * wave.im;
+            }
+        });
+        let each = bars.through.iter_mut().zip(&light).zip(&after_bar);
+        each.for_each(|((to, light), bar)| *to = light.conj() * bar);
 
         // light = Σ y·x·samples
         let mut samples_bar = Array2::zeros(samples.dim());
@@ -246,7 +273,7 @@ impl EdgeSum {
                 each.for_each(|(sample, w): (&mut Complex64, _)| *sample += bar * (by * w));
             }
         }
-        (samples_bar, through_bar)
+        (samples_bar, bars)
     }
 }
 
@@ -314,9 +341,9 @@ mod tests {
         let there = sum.apply(&values, &through);
         assert!(there.iter().filter(|v| v.norm() > 0.0).count() > 20);
         let bar = noise(there.dim(), 2);
-        let (back, through_bar) = sum.apply_adjoint(&values, &through, &bar);
+        let (back, bars) = sum.apply_adjoint(&values, &through, &bar);
         let listed = |v: Vec<Complex64>| Array2::from_shape_vec((1, v.len()), v).unwrap();
-        let (through, through_bar) = (listed(through), listed(through_bar));
+        let (through, through_bar) = (listed(through), listed(bars.through));
         assert_transposed(&[(&bar, &there)], &[(&back, &values)]);
         assert_transposed(&[(&bar, &there)], &[(&through_bar, &through)]);
     }
