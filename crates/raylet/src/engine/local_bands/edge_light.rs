@@ -29,8 +29,8 @@ const NARROW: f64 = 0.5;
 /// Plane waves of a window at most.
 pub(crate) const MOST_WAVES: usize = 1 << 16;
 
-/// Cosine of the angle from point to point of an edge beyond which it has a corner.
-const CORNER: f64 = 0.9;
+/// The angle from point to point of an edge beyond which it has a corner, in rad.
+const CORNER: f64 = 0.45;
 
 /// A window with the plane waves that its edge sends.
 pub(crate) struct EdgeWindow {
@@ -170,26 +170,74 @@ fn count([x, y]: &[Modes; 2]) -> usize {
 
 /// The distance of points at which an edge that bends under a window is summed in light of a wavenumber `aside` beside its own.
 fn step_of(points: &[EdgePoint], aside: f64, sigma: f64) -> f64 {
-    let (Some(first), Some(last)) = (points.first(), points.last()) else {
-        return STEP * sigma;
-    };
-    let length: f64 = points.iter().map(|p| p.normal[0].hypot(p.normal[1])).sum();
-    let angle = |p: &EdgePoint| p.normal[1].atan2(p.normal[0]);
-    let turn = (angle(last) - angle(first)).sin().abs();
+    let curvature = neighbours(points).map(|[a, b]| {
+        let distance = (b.at[0] - a.at[0]).hypot(b.at[1] - a.at[1]);
+        turn(a, b) / distance
+    });
+    let curvature = curvature.fold(0.0, f64::max);
     // Along the edge, away from where it sends a plane wave, the phase of that runs faster.
-    let along = aside * REACH * sigma * turn / length;
+    let along = aside * REACH * sigma * curvature;
     1.0 / (1.0 / (STEP * sigma) + along / TAU)
 }
 
 /// Whether an edge turns much from one point to the next.
 fn has_corner(points: &[EdgePoint]) -> bool {
-    let cosine = |[a, b]: [&EdgePoint; 2]| {
-        let ([ax, ay], [bx, by]) = (a.normal, b.normal);
-        (ax * bx + ay * by) / (ax.hypot(ay) * bx.hypot(by))
-    };
-    let next = points.iter().skip(1);
+    neighbours(points).any(|[a, b]| turn(a, b) > CORNER)
+}
+
+/// Each point with the next one.
+fn neighbours(points: &[EdgePoint]) -> impl Iterator<Item = [&EdgePoint; 2]> {
     points
         .iter()
-        .zip(next)
-        .any(|(a, b)| cosine([a, b]) < CORNER)
+        .zip(points.iter().skip(1))
+        .map(|(a, b)| [a, b])
+}
+
+/// The angle between the normals at two points of an edge.
+fn turn(a: &EdgePoint, b: &EdgePoint) -> f64 {
+    let ([ax, ay], [bx, by]) = (a.normal, b.normal);
+    (ax * by - ay * bx).atan2(ax * bx + ay * by).abs()
+}
+
+#[cfg(test)]
+mod tests {
+    use crate::engine::local_bands::edge_light::{has_corner, step_of};
+    use crate::optics::aperture::Aperture;
+    use crate::wave::local_bands::edge_points::edge_points;
+
+    const EVERYWHERE: [f64; 4] = [-9.0, 9.0, -9.0, 9.0];
+
+    /// Points of a whole circle stand as close as those of a part of it; along a line they stand half a width apart.
+    #[test]
+    fn points_stand_closer_where_an_edge_bends() {
+        let (sigma, aside) = (0.1, 2e3);
+        let whole = edge_points(&Aperture::disc(0.7), EVERYWHERE, 0.5 * sigma);
+        let part = edge_points(&Aperture::disc(0.7), [0.2, 9.0, 0.1, 9.0], 0.5 * sigma);
+        let [whole, part] = [whole, part].map(|points| step_of(&points, aside, sigma));
+        let expected = 1.0 / (20.0 + aside * 4.3 * sigma / 0.7 / std::f64::consts::TAU);
+        assert!((part / expected - 1.0).abs() < 1e-2, "{part} {expected}");
+        assert!((whole / expected - 1.0).abs() < 1e-2, "{whole} {expected}");
+        let square = Aperture::turned_rectangle(0.5, 0.5, 0.0, [0.0; 2]);
+        let side = edge_points(&square, [0.4, 0.6, -0.4, 0.4], 0.5 * sigma);
+        assert_eq!(step_of(&side, aside, sigma), 0.5 * sigma);
+    }
+
+    #[test]
+    fn corners_are_seen_and_arcs_have_none() {
+        let square = Aperture::turned_rectangle(0.5, 0.5, 0.0, [0.0; 2]);
+        assert!(has_corner(&edge_points(&square, EVERYWHERE, 0.05)));
+        assert!(!has_corner(&edge_points(
+            &square,
+            [0.4, 0.6, -0.4, 0.4],
+            0.05
+        )));
+        assert!(!has_corner(&edge_points(
+            &Aperture::disc(0.7),
+            EVERYWHERE,
+            0.05
+        )));
+        let blocked =
+            Aperture::disc(0.7).blocked(Aperture::turned_rectangle(0.9, 0.05, 0.3, [0.0; 2]));
+        assert!(has_corner(&edge_points(&blocked, EVERYWHERE, 0.05)));
+    }
 }
