@@ -50,7 +50,7 @@ fn behind_prism([x, y]: [f64; 2]) -> Complex64 {
     (0..chords).map(chord).sum()
 }
 
-/// A sensor at 24° to the light has no light but that of the edge. Nodes of windows resolve 4° here.
+/// A sensor at 24° to the light has no light but that of the edge. Nodes under windows of the usual width resolve 17°.
 #[test]
 fn a_dark_sensor_sees_the_edge() {
     let gradient = [TURN * std::f64::consts::TAU / WAVELENGTH, 0.0];

@@ -67,6 +67,7 @@ pub fn local_band_settings(
         chosen.sigmas = quickest_widths(system, &chosen, shared.target_error)?;
         if let Some(narrow) = width_for_edge(system, &chosen, shared.target_error)? {
             chosen.sigmas = vec![narrow];
+            chosen.edge_sums = true;
         }
     }
     Ok(chosen)

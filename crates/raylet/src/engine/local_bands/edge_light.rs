@@ -16,6 +16,7 @@ use crate::wave::local_bands::carrier::Carrier;
 use crate::wave::local_bands::edge_points::{EdgePoint, edge_points};
 use crate::wave::local_bands::edge_sum::{EdgeBar, EdgeLight, EdgeModes, EdgeNode, EdgeSum};
 use crate::wave::local_bands::element_phase::TileArea;
+use crate::wave::local_bands::element_samples::resolves_edge;
 use crate::wave::local_bands::fourier_axis::Modes;
 use crate::wave::local_bands::tiling::{EdgeContact, REACH, Tile};
 
@@ -44,8 +45,8 @@ pub(crate) struct EdgeWindow {
 }
 
 impl TileRun<'_> {
-    /// The edge under a tile whose light goes to a sensor, where the usual nodes of the element need not resolve what it sends far;
-    /// nothing behind pixels, whose own edges send light far, and where the edge has a corner.
+    /// The edge under a tile whose light goes to a sensor, where nodes of the element do not resolve what it sends far; nothing behind
+    /// pixels, whose own edges send light far, and where the edge has a corner.
     pub(crate) fn edge_light(
         &self,
         tile: &Tile,
@@ -59,6 +60,9 @@ impl TileRun<'_> {
         let few = |t: &TargetedWindow| self.modes(t, None).is_none_or(|m| count(&m) <= MOST_WAVES);
         let is_cut = cut.clone().next().is_some();
         if !ends || !is_cut || self.element.pixels().is_some() || !cut.all(few) {
+            return None;
+        }
+        if !self.settings.edge_sums && resolves_edge(area) {
             return None;
         }
         let (k, sigma, phase) = (self.k(), self.shape.sigma, self.element.phase());

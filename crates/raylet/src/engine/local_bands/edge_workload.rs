@@ -17,8 +17,12 @@ use crate::engine::plan::work::Work;
 use crate::optics::aperture::{Aperture, Outline};
 use crate::optics::screen::ScreenKind;
 use crate::optics::system::System;
+use crate::wave::grid::field::Axis;
+use crate::wave::local_bands::edge_mask::PASSBAND;
+use crate::wave::local_bands::element_phase::TileArea;
+use crate::wave::local_bands::element_samples::{edge_pitch, resolves_edge};
 use crate::wave::local_bands::local_band::window_half_band;
-use crate::wave::local_bands::tiling::CLEAR;
+use crate::wave::local_bands::tiling::{CLEAR, REACH};
 
 /// Largest kκsσ², in rad, of an edge of curvature κ that sends light into a direction s: there a plane wave of a window comes from
 /// the whole edge under it. Wider windows have more plane waves, each from a part of their edge.
@@ -78,20 +82,26 @@ impl<'a> SeenRim<'a> {
         })
     }
 
-    /// Directions that usual nodes resolve.
-    fn resolved(&self) -> f64 {
-        let k = self.step.hop.wavenumber();
-        self.settings.resolved(k, self.step.plan().sigma)
+    /// Whether nodes resolve all that the edge sends from a point.
+    fn is_resolved(&self, point: &RimPoint) -> bool {
+        resolves_edge(&edge_area(
+            self.step,
+            self.settings,
+            &point.directions.bounds,
+        ))
     }
 
-    /// The light beyond directions that usual nodes resolve, as an error of the field on the sensor.
+    /// The light that nodes do not resolve, as an error of the field on the sensor.
     fn unresolved(&self, system: &System) -> Result<f64, LocalBandError> {
         let hop = &self.step.hop;
+        let k = hop.wavenumber();
         let power = |point: &RimPoint| {
-            let (directions, k) = (&point.directions, hop.wavenumber());
-            edge_power(directions, point.along, k, self.resolved())
+            let area = edge_area(self.step, self.settings, &point.directions.bounds);
+            let limit = [0, 1].map(|a| PASSBAND * TAU / (k * edge_pitch(&area, a)));
+            edge_power(&point.directions, point.along, k, limit[0].min(limit[1]))
         };
-        let power: f64 = self.points.iter().map(power).sum();
+        let left = self.points.iter().filter(|point| !self.is_resolved(point));
+        let power: f64 = left.map(power).sum();
         let open = behind(hop, &source_carriers(system)?)?;
         let lands = |at: [f64; 2], p: [f64; 2]| {
             let landing = hop.trace_along(at, p, &mut ());
@@ -119,7 +129,7 @@ impl<'a> SeenRim<'a> {
         bent.min(few)
     }
 
-    /// Work on what the edge sends beyond directions that usual nodes resolve, with the seconds that a plane wave takes on its
+    /// Work on what the edge sends beyond directions that usual nodes resolve, where finer ones do not, with the seconds that a plane wave takes on its
     /// `way`, and the mean of the `values` that one takes, for windows and directions `[x_low, x_high, y_low, y_high]`.
     pub(crate) fn work(&self, way: f64, values: impl Fn(&ChirpedStart, &[f64; 4]) -> f64) -> Work {
         let plan = self.step.plan();
@@ -133,10 +143,15 @@ impl<'a> SeenRim<'a> {
         let weakest = WEAKER_OF_EDGE * dropped.unwrap_or(self.settings.threshold);
         let windows =
             self.step.lit_windows()[1] as f64 * SEEN as f64 / self.points.len().max(1) as f64;
+        let resolved = self
+            .settings
+            .resolved(self.step.hop.wavenumber(), plan.sigma);
         let mut work = Work::default();
-        for point in self.points.iter().step_by(SEEN) {
+        let summed = |point: &&RimPoint| self.settings.edge_sums || !self.is_resolved(point);
+        let left = self.points.iter().step_by(SEEN).filter(summed);
+        for point in left {
             for normal in normals(point.along) {
-                let span = span_across_edge(&point.directions, normal, self.resolved());
+                let span = span_across_edge(&point.directions, normal, resolved);
                 let Some([near, far]) = span else { continue };
                 // An edge at a depth of d σ sends exp(−d²/2)/(√(2π)·kσs) of the strongest plane wave of a whole window, and that
                 // times exp(−q²/2) in directions q/kσ along itself.
@@ -163,6 +178,27 @@ impl<'a> SeenRim<'a> {
 
 /// Every so many points of a rim stand for all in a forecast.
 const SEEN: usize = 8;
+
+/// A tile at an edge from which these directions `[x_low, x_high, y_low, y_high]` beside the carrier lead to the target.
+pub(crate) fn edge_area(
+    step: &HopStep,
+    settings: &LocalBandSettings,
+    directions: &[f64; 4],
+) -> TileArea {
+    let (plan, k) = (step.plan(), step.hop.wavenumber());
+    let side = plan.sigma * ((settings.tile - 1) as f64 * plan.step + 2.0 * REACH);
+    let far = |a: usize| directions[2 * a].abs().max(directions[2 * a + 1].abs());
+    TileArea {
+        bounds: [-side, side, -side, side].map(|side| 0.5 * side),
+        samples: [0, 1].map(|_| Axis::uniform(1, side, 0.0)),
+        half_band: [window_half_band(plan.step, settings.threshold) / (k * plan.sigma); 2],
+        edge_pitch: plan.sigma / settings.edge_nodes,
+        pixel_part: side,
+        reach: [far(0), far(1)],
+        k,
+        values_allowed: settings.values_allowed() as f64,
+    }
+}
 
 /// The largest curvature of an edge, in 1/mm; nothing without one.
 fn curvature(aperture: &Aperture) -> Option<f64> {

@@ -23,6 +23,8 @@ pub struct LocalBandSettings {
     pub tile: usize,
     /// Nodes per σ where an edge cuts a window.
     pub edge_nodes: f64,
+    /// Whether what an edge sends to a sensor beyond usual nodes is summed along the edge, also where finer nodes resolve it.
+    pub edge_sums: bool,
     /// Whether the aberration inside beamlets is corrected.
     pub corrected: bool,
     /// Whether the aperture of the first screen cuts light, where that screen is a stop.
@@ -100,6 +102,7 @@ impl LocalBandSettings {
             dropped: None,
             tile: 4,
             edge_nodes: 16.0,
+            edge_sums: false,
             corrected: true,
             aperture: SourceAperture::Soft,
             memory_limit: 4 << 30,

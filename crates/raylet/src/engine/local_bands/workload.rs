@@ -1,7 +1,7 @@
 //! What a run by local bands will take, and whether its windows are narrow enough, by rays of the source.
 
 use crate::engine::local_bands::chirped_beamlet::ChirpedStart;
-use crate::engine::local_bands::edge_workload::SeenRim;
+use crate::engine::local_bands::edge_workload::{SeenRim, edge_area};
 use crate::engine::local_bands::hop_step::HopStep;
 use crate::engine::local_bands::local_band_error::LocalBandError;
 use crate::engine::local_bands::onward_way::directions_onward;
@@ -14,11 +14,9 @@ use crate::engine::plan::cost_model::local_bands::{
 use crate::engine::plan::work::Work;
 use crate::optics::screen::{ScreenKind, Sensor};
 use crate::optics::system::System;
-use crate::wave::grid::field::Axis;
 use crate::wave::local_bands::carrier::Carrier;
 use crate::wave::local_bands::edge_mask::PASSBAND;
-use crate::wave::local_bands::element_phase::TileArea;
-use crate::wave::local_bands::element_samples::edge_pitch;
+use crate::wave::local_bands::element_samples::{edge_pitch, resolves_edge};
 use crate::wave::local_bands::local_band::{sample_pitch, window_half_band};
 use crate::wave::local_bands::tiling::REACH;
 
@@ -220,23 +218,10 @@ impl Waves {
             return self.transform_seconds(step);
         }
         let (plan, k) = (step.plan(), step.hop.wavenumber());
-        let side = plan.sigma * ((settings.tile - 1) as f64 * plan.step + 2.0 * REACH);
-        let far = |a: usize| match step.sums_along_edge() {
-            true => 0.0,
-            false => self.directions[2 * a]
-                .abs()
-                .max(self.directions[2 * a + 1].abs()),
-        };
-        let area = TileArea {
-            bounds: [-side, side, -side, side].map(|side| 0.5 * side),
-            samples: [0, 1].map(|_| Axis::uniform(1, side, 0.0)),
-            half_band: [window_half_band(plan.step, settings.threshold) / (k * plan.sigma); 2],
-            edge_pitch: plan.sigma / settings.edge_nodes,
-            pixel_part: side,
-            reach: [far(0), far(1)],
-            k,
-            values_allowed: settings.values_allowed() as f64,
-        };
+        let mut area = edge_area(step, settings, &self.directions);
+        if step.sums_along_edge() && (settings.edge_sums || !resolves_edge(&area)) {
+            area.reach = [0.0; 2];
+        }
         let pitch = [0, 1].map(|a| edge_pitch(&area, a));
         let waves = [0, 1].map(|a| {
             let limit = PASSBAND * std::f64::consts::TAU / (k * pitch[a]);

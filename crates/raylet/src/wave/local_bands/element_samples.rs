@@ -442,6 +442,14 @@ pub(crate) fn edge_pitch(area: &TileArea, a: usize) -> f64 {
     area.edge_pitch * 2f64.powf(-(PITCHES * finer.log2()).ceil() / PITCHES)
 }
 
+/// Whether nodes of the pitch that [`edge_pitch`] gives resolve the light of an edge in all directions that lead to the target.
+pub(crate) fn resolves_edge(area: &TileArea) -> bool {
+    (0..2).all(|a| {
+        let limit = PASSBAND * std::f64::consts::TAU / (area.k * edge_pitch(area, a));
+        area.reach[a] + area.half_band[a] <= limit * (1.0 + 1e-9)
+    })
+}
+
 #[cfg(test)]
 mod tests {
     use ndarray::Array2;
