@@ -102,6 +102,9 @@ impl<'a> SeenRim<'a> {
         };
         let left = self.points.iter().filter(|point| !self.is_resolved(point));
         let power: f64 = left.map(power).sum();
+        if power == 0.0 {
+            return Ok(0.0);
+        }
         let open = behind(hop, &source_carriers(system)?)?;
         let lands = |at: [f64; 2], p: [f64; 2]| {
             let landing = hop.trace_along(at, p, &mut ());
