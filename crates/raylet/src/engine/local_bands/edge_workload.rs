@@ -31,6 +31,9 @@ const BEND: f64 = 1.2;
 /// Narrower windows are taken where wide ones leave out more light than this share of the target error.
 const SHARE: f64 = 0.5;
 
+/// Narrower windows are taken up to this many of them.
+const MOST_WINDOWS: usize = 250_000;
+
 /// A point of the rim, seen from which the directions that lead to the sensor are known.
 struct RimPoint {
     /// The window there.
@@ -234,5 +237,13 @@ pub(crate) fn width_for_edge(
         return Ok(None);
     }
     let narrow = rim.narrow();
-    Ok((narrow < step.plan().sigma).then_some(narrow))
+    let tried = LocalBandSettings {
+        sigmas: vec![narrow],
+        ..settings.clone()
+    };
+    let fits = HopStep::new(system, &tried, 0, hop).is_ok_and(|step| {
+        let windows = step.plan().windows;
+        windows[0].saturating_mul(windows[1]) <= MOST_WINDOWS
+    });
+    Ok((fits && narrow < step.plan().sigma).then_some(narrow))
 }
