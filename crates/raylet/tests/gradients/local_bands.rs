@@ -230,17 +230,17 @@ fn pixels_match_differences_by_local_bands() {
 /// radius (mm).
 fn prism([source, phase, radius]: [f64; 3]) -> System {
     let bent = Profile::Radial {
-        radius: 1.0,
+        radius: 0.35,
         coefficients: vec![10.0 + phase],
     };
     let screens = vec![
         screen(
             on_axis(0.0),
-            ScreenKind::Doe(element(Layer::Phase(bent), Aperture::disc(1.0 + radius))),
+            ScreenKind::Doe(element(Layer::Phase(bent), Aperture::disc(0.35 + radius))),
         ),
         screen(
             Frame {
-                origin: Vec3::new(1.9, 0.0, 2.0),
+                origin: Vec3::new(1.25, 0.0, 2.0),
                 ..on_axis(2.0)
             },
             sensor(PIXELS, 2e-3),
@@ -272,7 +272,7 @@ fn light_of_an_edge_matches_differences_slow() {
         })
         .collect();
     let settings = Settings {
-        sigma: Some(0.03),
+        sigma: Some(0.017),
         ..settings()
     };
     let linearised = LinearisedSystem::new(&base, &variations, &settings).unwrap();

@@ -191,8 +191,11 @@ mod tests {
         let planned = without_room(&system, Method::LocalBands);
         assert!(planned.rimmed.is_of_any_size());
         let by_ray = Attempt::with_rims_by_ray(&system, &planned.settings).unwrap();
-        let expected = by_ray.run(&system, &go_on).unwrap();
-        let found = planned.run(&system, &go_on).unwrap();
-        assert_eq!(found.field.values, expected.field.values);
+        assert!(!by_ray.rimmed.is_of_any_size());
+        let with_room = Attempt::plan(&system, &planned.settings, &go_on).unwrap();
+        let run = |attempt: Attempt| attempt.run(&system, &go_on).unwrap().field.values;
+        let [expected, found, screens] = [by_ray, planned, with_room].map(run);
+        assert_eq!(found, expected);
+        assert_ne!(found, screens);
     }
 }
