@@ -1,6 +1,8 @@
 //! Parts of arrays by rows and columns. They do what `ndarray::s!` does, whose expansion is not allowed where unsafe
 //! code is forbidden.
 
+use std::ops::Range;
+
 use ndarray::{ArrayBase, Axis, Ix2, RawData, Slice};
 
 /// The part of an array on these rows and columns.
@@ -15,6 +17,16 @@ pub fn part<S: RawData>(
     whole.slice_axis_inplace(Axis(0), rows.into());
     whole.slice_axis_inplace(Axis(1), columns.into());
     whole
+}
+
+/// Rows that are worked on together: their values stay in the cache of a core.
+const BLOCK: usize = 32;
+
+/// So many rows in blocks, from the first on.
+pub(crate) fn blocks(rows: usize) -> impl Iterator<Item = Range<usize>> {
+    (0..rows)
+        .step_by(BLOCK)
+        .map(move |first| first..(first + BLOCK).min(rows))
 }
 
 /// Every `step`-th row or column from `first` on.

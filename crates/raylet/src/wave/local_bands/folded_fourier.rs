@@ -4,13 +4,16 @@
 //! Nodes one period apart have the same factor in every plane wave, so they are added first. What is left is one period of
 //! cells with the same few nodes each: one fast transform for each of these.
 
+use std::ops::Range;
 use std::sync::Arc;
 
 use ndarray::Array2;
 use num_complex::Complex64;
 use raylet_fft::{Fft, Planner};
 
+use crate::math::part::blocks;
 use crate::wave::local_bands::fourier_axis::FourierAxis;
+use crate::wave::local_bands::reused_array;
 
 /// How far the cells of a period may be from a whole number, for each of them.
 const TOLERANCE: f64 = 1e-11;
@@ -98,11 +101,15 @@ impl FoldedFourier {
         self.strands * self.length
     }
 
-    /// Transforms each row of folded numbers: shape [rows, folded] to [rows, plane waves].
-    fn rows(&self, mut folded: Array2<Complex64>) -> Array2<Complex64> {
+    /// Transforms each row of folded numbers into a column, which is added to those that are there: shape [rows, folded] to
+    /// [plane waves, rows].
+    fn rows(
+        &self,
+        mut folded: Array2<Complex64>,
+        mut columns: Array2<Complex64>,
+    ) -> Array2<Complex64> {
         let mut scratch = vec![Complex64::ZERO; self.forward.get_inplace_scratch_len()];
-        let mut out = Array2::zeros((folded.nrows(), self.bins.len()));
-        for (mut row, mut out) in folded.rows_mut().into_iter().zip(out.rows_mut()) {
+        for (mut row, mut out) in folded.rows_mut().into_iter().zip(columns.columns_mut()) {
             let Some(row) = row.as_slice_mut() else {
                 continue;
             };
@@ -113,14 +120,15 @@ impl FoldedFourier {
                 }
             }
         }
-        out
+        reused_array::keep(folded);
+        columns
     }
 
     /// The conjugate transpose of [`FoldedFourier::rows`].
     fn rows_adjoint(&self, bar: &Array2<Complex64>) -> Array2<Complex64> {
         let mut scratch = vec![Complex64::ZERO; self.inverse.get_inplace_scratch_len()];
-        let mut folded: Array2<Complex64> = Array2::zeros((bar.nrows(), self.folded()));
-        for (mut row, bar) in folded.rows_mut().into_iter().zip(bar.rows()) {
+        let mut folded: Array2<Complex64> = Array2::zeros((bar.ncols(), self.folded()));
+        for (mut row, bar) in folded.rows_mut().into_iter().zip(bar.columns()) {
             let Some(row) = row.as_slice_mut() else {
                 continue;
             };
@@ -144,30 +152,37 @@ pub(crate) struct FoldedFourier2 {
 }
 
 impl FoldedFourier2 {
-    /// Adds up the light of nodes that stand one period apart.
-    fn fold(&self, light: &Array2<Complex64>) -> Array2<Complex64> {
+    /// Adds the light of rows of nodes, from the first one on, to that of the nodes one period apart.
+    fn fold(&self, light: &Array2<Complex64>, first: usize, folded: &mut Array2<Complex64>) {
         let (x, y) = (&self.x, &self.y);
-        let mut folded = Array2::zeros((y.folded(), x.folded()));
-        for ((row, place), before) in light.rows().into_iter().zip(&y.places).zip(&y.before) {
+        let along_y = y.places.iter().zip(&y.before).skip(first);
+        for (row, (place, before)) in light.rows().into_iter().zip(along_y) {
             let mut sum = folded.row_mut(*place);
             for ((value, place), along) in row.iter().zip(&x.places).zip(&x.before) {
                 sum[*place] += value * along * before;
             }
         }
-        folded
     }
 
-    /// The plane waves [m_y, m_x] of light at nodes [y, x].
-    pub(crate) fn apply(&self, light: &Array2<Complex64>) -> Array2<Complex64> {
-        let along_x = self.x.rows(self.fold(light));
-        transposed(&self.y.rows(transposed(&along_x)))
+    /// The plane waves [m_y, m_x] of `light`, which gives that at the nodes [y, x] of some rows.
+    pub(crate) fn apply(
+        &self,
+        light: impl Fn(Range<usize>) -> Array2<Complex64>,
+    ) -> Array2<Complex64> {
+        let mut folded = reused_array::zeros((self.y.folded(), self.x.folded()));
+        for rows in blocks(self.y.places.len()) {
+            self.fold(&light(rows.clone()), rows.start, &mut folded);
+        }
+        let (x, y) = (&self.x, &self.y);
+        let between = reused_array::zeros((x.bins.len(), y.folded()));
+        let waves = Array2::zeros((y.bins.len(), x.bins.len()));
+        y.rows(x.rows(folded, between), waves)
     }
 
     /// The conjugate transpose.
     pub(crate) fn apply_adjoint(&self, waves_bar: &Array2<Complex64>) -> Array2<Complex64> {
         let (x, y) = (&self.x, &self.y);
-        let along_x_bar = transposed(&y.rows_adjoint(&transposed(waves_bar)));
-        let folded_bar = x.rows_adjoint(&along_x_bar);
+        let folded_bar = x.rows_adjoint(&y.rows_adjoint(waves_bar));
         let mut light_bar = Array2::zeros((y.places.len(), x.places.len()));
         let rows = light_bar.rows_mut().into_iter().zip(&y.places);
         for ((mut row, place), before) in rows.zip(&y.before) {
@@ -189,17 +204,13 @@ impl FoldedFourier2 {
     }
 }
 
-/// Rows as columns, in their order in memory.
-fn transposed(array: &Array2<Complex64>) -> Array2<Complex64> {
-    array.t().as_standard_layout().into_owned()
-}
-
 #[cfg(test)]
 mod tests {
     use raylet_fft::Planner;
 
     use crate::fixtures::dot_product::assert_transposed;
     use crate::fixtures::noise::noise;
+    use crate::math::part::part;
     use crate::wave::grid::field::Axis;
     use crate::wave::local_bands::folded_fourier::{FoldedFourier, FoldedFourier2, fast_length};
     use crate::wave::local_bands::fourier_axis::{CellFilter, FourierAxis, Modes};
@@ -239,7 +250,7 @@ mod tests {
             y: plan(1),
         };
         let light = noise((46, 153), 0);
-        let there = folded.apply(&light);
+        let there = folded.apply(|rows| part(light.view(), rows, ..).to_owned());
         let [x, y] = [0, 1].map(|a| fourier_matrix(&along(a)));
         let exact = y.dot(&light).dot(&x.t());
         for (found, exact) in there.iter().zip(&exact) {

@@ -12,6 +12,7 @@
 //! | `edge_sum` | What an edge under one window sends far beside the way of the light, as an integral along it |
 //! | `element_phase` | The smooth part of an element's phase under a tile |
 //! | `element_samples` | The transmission of an element at the nodes of one tile |
+//! | `open_nodes` | What an aperture leaves open at the nodes of one tile |
 //! | `reused_array` | Large arrays of a tile, whose memory the next tile uses again |
 //! | `fourier_axis` | What Fourier sums along one axis of a window are about |
 //! | `fourier_matrix` | Fourier sums from nodes to plane waves, as a matrix |
@@ -30,6 +31,7 @@ pub(crate) mod fourier_axis;
 pub(crate) mod fourier_matrix;
 pub(crate) mod gather;
 pub(crate) mod local_band;
+pub(crate) mod open_nodes;
 pub(crate) mod reused_array;
 pub(crate) mod tiling;
 pub(crate) mod window_transform;

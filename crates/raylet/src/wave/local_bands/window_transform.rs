@@ -11,8 +11,9 @@ use std::ops::Range;
 use ndarray::{Array2, ArrayView2, Zip};
 use num_complex::Complex64;
 use raylet_fft::Planner;
-use raylet_matrix::product_of_three;
+use raylet_matrix::{product, product_of_three};
 
+use crate::math::part::{blocks, part};
 use crate::wave::grid::field::Axis;
 use crate::wave::local_bands::folded_fourier::{FoldedFourier, FoldedFourier2};
 use crate::wave::local_bands::fourier_axis::{CellFilter, FourierAxis, Modes};
@@ -77,15 +78,21 @@ pub(crate) fn interpolation(
 }
 
 impl Interpolation {
-    /// The light at the nodes, from that at the samples, times the transmission there.
+    /// The light at the nodes of some rows, from that at the samples, whose real and imaginary `parts` stand side by side, times
+    /// the transmission there.
     fn apply(
         &self,
-        samples: &Array2<Complex64>,
+        parts: &Array2<f64>,
         transmission: Option<ArrayView2<Complex64>>,
+        rows: Range<usize>,
     ) -> Array2<Complex64> {
-        let along = |part: Array2<f64>| product_of_three(self.y.view(), part.view(), self.x.view());
-        let re = along(samples.mapv(|value| value.re));
-        let im = along(samples.mapv(|value| value.im));
+        let (samples, count) = (self.x.ncols(), rows.len());
+        let along_y = product(part(self.y.view(), rows, ..), parts.view());
+        let half = |first: usize| {
+            let half = part(along_y.view(), 0..count, first..first + samples);
+            product(half, self.x.t())
+        };
+        let (re, im) = (half(0), half(samples));
         match transmission {
             Some(transmission) => Zip::from(&re)
                 .and(&im)
@@ -103,6 +110,17 @@ impl Interpolation {
             &along(nodes_bar.mapv(|value| value.im)),
         )
     }
+}
+
+/// The real parts of numbers and, to the right of them, the imaginary ones.
+fn side_by_side(values: &Array2<Complex64>) -> Array2<f64> {
+    let (rows, columns) = values.dim();
+    let mut parts = Array2::zeros((rows, 2 * columns));
+    for ((j, i), value) in values.indexed_iter() {
+        parts[[j, i]] = value.re;
+        parts[[j, columns + i]] = value.im;
+    }
+    parts
 }
 
 /// Complex numbers of their parts.
@@ -136,10 +154,17 @@ impl Spectrum {
         }
     }
 
-    /// The plane waves [m_y, m_x] of light at nodes [y, x].
-    fn apply(&self, light: &Array2<Complex64>) -> Array2<Complex64> {
+    /// The plane waves [m_y, m_x] of `light`, which gives that at the nodes [y, x] of some rows.
+    fn apply(&self, light: impl Fn(Range<usize>) -> Array2<Complex64>) -> Array2<Complex64> {
         match self {
-            Self::Matrices([x, y]) => product_of_three(y.view(), light.view(), x.view()),
+            Self::Matrices([x, y]) => {
+                let mut waves = Array2::zeros((y.nrows(), x.nrows()));
+                for rows in blocks(y.ncols()) {
+                    let here = part(y.view(), .., rows.clone());
+                    waves += &product_of_three(here, light(rows).view(), x.view());
+                }
+                waves
+            }
             Self::Folded(folded) => folded.apply(light),
         }
     }
@@ -203,16 +228,20 @@ impl WindowTransform {
         }
     }
 
-    /// The light at the nodes times the transmission there, which is one where there is none.
-    fn at_nodes(
-        &self,
-        samples: &Array2<Complex64>,
-        transmission: Option<ArrayView2<Complex64>>,
-    ) -> Array2<Complex64> {
-        match (&self.to_nodes, transmission) {
-            (Some(to_nodes), transmission) => to_nodes.apply(samples, transmission),
-            (None, Some(transmission)) => samples * &transmission,
-            (None, None) => samples.clone(),
+    /// The light at the nodes of rows times the transmission there, which is one where there is none.
+    fn light<'a>(
+        &'a self,
+        samples: &'a Array2<Complex64>,
+        transmission: Option<ArrayView2<'a, Complex64>>,
+    ) -> impl Fn(Range<usize>) -> Array2<Complex64> + 'a {
+        let parts = (self.to_nodes.as_ref()).map(|to_nodes| (to_nodes, side_by_side(samples)));
+        move |rows| {
+            let here = transmission.map(|all| part(all, rows.clone(), ..));
+            match (&parts, here) {
+                (Some((to_nodes, parts)), here) => to_nodes.apply(parts, here, rows),
+                (None, Some(here)) => &part(samples.view(), rows, ..) * &here,
+                (None, None) => part(samples.view(), rows, ..).to_owned(),
+            }
         }
     }
 
@@ -222,7 +251,7 @@ impl WindowTransform {
         samples: &Array2<Complex64>,
         transmission: Option<ArrayView2<Complex64>>,
     ) -> Array2<Complex64> {
-        self.spectrum.apply(&self.at_nodes(samples, transmission))
+        self.spectrum.apply(self.light(samples, transmission))
     }
 
     /// The conjugate transpose: the cotangents of the samples, and of the transmission.
@@ -234,7 +263,8 @@ impl WindowTransform {
     ) -> (Array2<Complex64>, Array2<Complex64>) {
         // waves = spectrum of light·t
         let after_bar = self.spectrum.apply_adjoint(waves_bar);
-        let transmission_bar = conjugate(&self.at_nodes(samples, None)) * &after_bar;
+        let light = self.light(samples, None)(0..after_bar.nrows());
+        let transmission_bar = conjugate(&light) * &after_bar;
         let mut light_bar = after_bar;
         if let Some(transmission) = transmission {
             light_bar *= &transmission.mapv(|value| value.conj());
