@@ -163,7 +163,7 @@ fn a_break_cancels_local_bands() {
 /// Random pixels 4.35λ wide in a disc of 50λ, a stop 342λ behind them, and a small sensor beside the axis 1086λ farther
 /// on: the stop's edge turns the light by up to 30°. Whole fields without rays carry it to 1e-6. Local bands were once 2.6e-3
 /// and 4.3e-3 off and expected 3e-4 and 5e-4: the nodes at the edge were too coarse for such directions, and their means over
-/// cells aliased. What they still leave out of account is that a part of a pixel at the edge counts by its open share.
+/// cells aliased.
 #[test]
 fn edges_turn_light_by_large_angles() {
     let phase = |(j, i): (usize, usize)| Complex64::cis((7 * i * i + 3 * j * j + 5 * i * j) as f64);
@@ -201,7 +201,7 @@ fn edges_turn_light_by_large_angles() {
         let expected = found.expected_error().unwrap();
         assert!(error < 1.3e-3, "radius {radius}: {error:e}");
         assert!(
-            expected > 0.33 * error,
+            expected > 0.7 * error,
             "radius {radius}: {expected:e} for {error:e}"
         );
     }

@@ -85,7 +85,7 @@ fn pixels_with_gaps_are_those_of_finer_pixels() {
             (Aperture::disc(31.0), 65.0, Method::Auto, 1e-3),
             (Aperture::OPEN, 0.0, Method::LocalBands, 1e-3),
             (Aperture::disc(60.0), 0.0, Method::LocalBands, 1e-3),
-            (Aperture::disc(31.0), 0.0, Method::LocalBands, 3e-3),
+            (Aperture::disc(31.0), 0.0, Method::LocalBands, 5e-4),
         ] {
             let of =
                 |pixels: &Pixels, method| light(pixels.clone(), aperture.clone(), method, aside);

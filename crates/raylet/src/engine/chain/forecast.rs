@@ -6,6 +6,7 @@ use crate::engine::chain::local_band_run::local_band_settings;
 use crate::engine::chain::simulate_error::SimulateError;
 use crate::engine::error::error_budget::ErrorBudget;
 use crate::engine::local_bands::carry::planned;
+use crate::engine::local_bands::hop_step::BEAMLETS_AT_ONCE;
 use crate::engine::local_bands::local_band_error::LocalBandError;
 use crate::engine::local_bands::settings::LocalBandSettings;
 use crate::engine::local_bands::workload::{LocalBandWorkload, workload};
@@ -34,6 +35,8 @@ pub struct Forecast {
     pub grids: Option<Grids>,
     /// What it takes.
     pub work: Work,
+    /// Beamlets of local bands in memory at a time, about: all that it sends to the next screen, or some of those to the sensor.
+    pub beamlets: usize,
     /// The error to expect from all causes but rims; nothing for methods whose errors are not estimated.
     pub error: Option<f64>,
 }
@@ -47,13 +50,9 @@ pub struct Grids {
     pub sums: [usize; 2],
 }
 
-/// Beamlets of a window of light with structure, about.
-const BEAMLETS: usize = 60;
-
 impl Forecast {
     /// Bytes of the largest arrays: the fields on both screens, as they are summed and as they are kept,
-    /// and the plane waves of a free hop, before and after the transfer. Of local bands about those of the beamlets
-    /// that the hop sends.
+    /// and the plane waves of a free hop, before and after the transfer. Of local bands those of the beamlets.
     pub fn bytes(&self) -> usize {
         let count = |[ny, nx]: [usize; 2]| nx.saturating_mul(ny);
         let waves = match &self.method {
@@ -61,10 +60,7 @@ impl Forecast {
                 count([0, 1].map(|a| free.bands[a].count))
             }
             HopMethod::WholeField(_) => 0,
-            HopMethod::LocalBands(plan) => {
-                let beamlets = if plan.smooth { 1 } else { BEAMLETS };
-                return count(plan.windows).saturating_mul(beamlets * size_of::<Arrival>());
-            }
+            HopMethod::LocalBands(_) => return self.beamlets.saturating_mul(size_of::<Arrival>()),
         };
         let fields = self
             .grids
@@ -298,6 +294,7 @@ fn hops_of(system: &System, chosen: Chosen) -> Result<Vec<Forecast>, SimulateErr
                 error: ErrorBudget::expected_of(&plan),
                 method: HopMethod::WholeField(plan),
                 grids: Some(grids),
+                beamlets: 0,
             });
             Ok(hops.collect())
         }
@@ -315,13 +312,21 @@ fn local_band_forecast(
 ) -> Result<Vec<Forecast>, LocalBandError> {
     let plans = planned(system, settings)?;
     let work = workload(system, settings)?;
-    let forecast = |(plan, work): (_, LocalBandWorkload)| Forecast {
-        method: HopMethod::LocalBands(plan),
-        grids: None,
-        work: work.work,
-        error: Some(work.error),
+    let forecast = |((plan, hop), work): ((_, Hop), LocalBandWorkload)| {
+        let sent = work.work.rays as usize;
+        Forecast {
+            method: HopMethod::LocalBands(plan),
+            grids: None,
+            work: work.work,
+            beamlets: match hop.to.kind {
+                ScreenKind::Sensor(_) => sent.min(BEAMLETS_AT_ONCE as usize),
+                _ => sent,
+            },
+            error: Some(work.error),
+        }
     };
-    Ok(plans.into_iter().zip(work).map(forecast).collect())
+    let hops = plans.into_iter().zip(system.hops());
+    Ok(hops.zip(work).map(forecast).collect())
 }
 
 /// The error to expect of a whole run, in which rims that matter are screens: of all hops with their rims. Nothing where the

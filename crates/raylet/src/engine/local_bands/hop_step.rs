@@ -44,7 +44,7 @@ const CHUNK: usize = 64;
 const FIRST_CHUNK: usize = 8;
 
 /// Beamlets that wait to be summed, about: fewer tiles are worked on where each sends many.
-const BEAMLETS_AT_ONCE: u64 = 1_000_000;
+pub(crate) const BEAMLETS_AT_ONCE: u64 = 1_000_000;
 
 /// Tiles from which the light that reaches the target is estimated.
 const SAMPLE: usize = 32;
