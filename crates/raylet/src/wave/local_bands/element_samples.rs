@@ -60,10 +60,12 @@ const CORE_BAND: f64 = 0.45;
 /// How much wider that band is than what the slopes of the phase ask for.
 const CORE_SPARE: f64 = 1.2;
 
-/// Largest phase of the steepest direction from node to node where an edge cuts pixels, in rad. The cell of a single node counts
-/// by its open share, so its spectrum is wrong by a quarter of this phase. Two nodes a part have the first moments of what is open
-/// as well: of a part across which the phase is φ, the spectrum is wrong by up to 0.008 φ².
+/// Largest phase of the steepest direction from node to node where an edge cuts pixels with single nodes, in rad. A cell counts by
+/// its open share, so its spectrum is wrong by a quarter of this phase.
 const EDGE_PHASE: f64 = 0.3;
+
+/// The same where a part of a pixel has two nodes along each axis. They have the first moments of what is open: if the phase across
+/// the part is φ, its spectrum is wrong by up to 0.008 φ².
 const EDGE_PHASE_OF_PAIRS: f64 = 0.7;
 
 /// Where an edge cuts a transmission without pixels, nodes are at most this many times finer than usual, however far the light
