@@ -9,7 +9,7 @@ use ndarray::Array2;
 
 use crate::math::part::part;
 use crate::optics::aperture::Aperture;
-use crate::optics::moments::{Cell, legendre, open_moments};
+use crate::optics::moments::{Cell, OpenMoments, legendre};
 use crate::wave::grid::field::{Axis, Grid};
 
 /// What an aperture lets through of each node of a grid.
@@ -46,6 +46,7 @@ impl<'a> ApertureCoverage<'a> {
             weights.fill(whole);
             return weights;
         }
+        let mut moments = OpenMoments::new([self.grid.x.polynomials, self.grid.y.polynomials]);
         for column in 0..cells {
             let x = edges(&self.grid.x, column);
             let open = self.aperture.coverage(x[0], x[1], y[0], y[1]);
@@ -60,9 +61,8 @@ impl<'a> ApertureCoverage<'a> {
             if open == 0.0 {
                 cell.fill(0.0);
             } else {
-                let counts = [self.grid.x.polynomials, self.grid.y.polynomials];
-                let moments = open_moments(self.aperture, &Cell { x, y, counts });
-                cell.assign(&self.bases[1].dot(&moments).dot(&self.bases[0].t()));
+                let found = moments.over(self.aperture, &Cell { x, y });
+                cell.assign(&self.bases[1].dot(found).dot(&self.bases[0].t()));
             }
         }
         weights
@@ -78,10 +78,11 @@ fn edges(axis: &Axis, cell: usize) -> [f64; 2] {
 /// (a + ½)·P_a at each node of a cell of an axis.
 fn basis(axis: &Axis) -> Array2<f64> {
     let count = axis.polynomials;
+    let mut values = vec![0.0; count];
     let mut basis = Array2::zeros((axis.nodes_of_cell(), count));
     for (mut row, offset) in basis.rows_mut().into_iter().zip(&axis.offsets) {
-        let values = legendre(2.0 * offset / axis.pitch, count);
-        for (a, (entry, value)) in row.iter_mut().zip(values).enumerate() {
+        legendre(2.0 * offset / axis.pitch, &mut values);
+        for (a, (entry, value)) in row.iter_mut().zip(&values).enumerate() {
             *entry = (a as f64 + 0.5) * value;
         }
     }

@@ -333,7 +333,8 @@ impl<'a> Element<'a> {
         opened: bool,
     ) -> Array2<Complex64> {
         let [columns, rows] = nodes;
-        let mut values = reused_array::zeros((rows.len(), columns.len()));
+        let shape = (rows.len(), columns.len());
+        let mut values = reused_array::room(shape.0 * shape.1);
         let places = columns.nodes();
         let pixels = self.pixels_alone().map(|pixels| {
             let along = |a: usize, axis: &Axis| pixels.places(a, &axis.nodes());
@@ -345,7 +346,7 @@ impl<'a> Element<'a> {
         let whole = vec![1.0; columns.len()];
         let mut open_nodes = OpenNodes::new(&self.phase.aperture, nodes, self.filter());
         let mut line = PixelLine::default();
-        for (j, row) in values.rows_mut().into_iter().enumerate() {
+        for j in 0..rows.len() {
             // What is open at each node of the row.
             let masked = mask.as_ref().and_then(|mask| mask.row(j).to_slice());
             let open = match masked {
@@ -355,31 +356,27 @@ impl<'a> Element<'a> {
             };
 
             // The transmission of what is open.
-            let row = row.into_slice().unwrap_or_default();
+            let y = rows.node(j);
             match &pixels {
                 Some((pixels, columns, rows)) => {
                     line.turn_to(pixels, columns, rows[j]);
-                    let each = row.iter_mut().zip(&line.values).zip(open);
-                    each.for_each(|((value, through), open)| *value = through * open);
+                    let each = line.values.iter().zip(open);
+                    values.extend(each.map(|(through, open)| through * open));
                 }
-                None => {
-                    let each = row.iter_mut().zip(&places).zip(open);
-                    for ((value, x), open) in each.filter(|(_, open)| **open != 0.0) {
-                        *value = self.transmission([*x, rows.node(j)]) * open;
-                    }
-                }
+                None => values.extend(places.iter().zip(open).map(|(x, open)| match *open {
+                    0.0 => Complex64::ZERO,
+                    _ => self.transmission([*x, y]) * open,
+                })),
             }
             if !plane {
-                for (value, x) in row
-                    .iter_mut()
-                    .zip(&places)
-                    .filter(|(v, _)| **v != Complex64::ZERO)
-                {
-                    *value *= carrier.removed([*x, rows.node(j)], k);
+                let row = values[j * shape.1..].iter_mut().zip(&places);
+                for (value, x) in row.filter(|(value, _)| **value != Complex64::ZERO) {
+                    *value *= carrier.removed([*x, y], k);
                 }
             }
         }
-        values
+        // Each row has filled its part.
+        Array2::from_shape_vec(shape, values).unwrap_or_else(|_| Array2::zeros(shape))
     }
 
     /// Its pixels, where they are all of its layers and constant over each cell.

@@ -5,8 +5,10 @@
 //! part is integrated over what is open (as `wave/grid/aperture_coverage.rs` has them for any number of nodes). They may be
 //! somewhat below zero or above one. Open shares of four cells would have the middle of the light in another place.
 
+use ndarray::Array2;
+
 use crate::optics::aperture::Aperture;
-use crate::optics::moments::{Cell, open_moments};
+use crate::optics::moments::{Cell, OpenMoments};
 use crate::wave::grid::field::Axis;
 use crate::wave::local_bands::aperture_scan::ApertureScan;
 use crate::wave::local_bands::fourier_axis::CellFilter;
@@ -26,6 +28,7 @@ pub(crate) struct OpenNodes<'a> {
     /// The open shares of a row of parts, and which row that is.
     shares: Vec<f64>,
     known: Option<usize>,
+    moments: OpenMoments,
     /// The factors of the nodes of its rows.
     factors: [Vec<f64>; 2],
 }
@@ -46,6 +49,7 @@ impl<'a> OpenNodes<'a> {
             spans: (0..parts).map(|part| span(columns, part, nodes)).collect(),
             shares: vec![0.0; parts],
             known: None,
+            moments: OpenMoments::new([nodes; 2]),
             factors: [0, 1].map(|_| vec![0.0; columns.len()]),
         }
     }
@@ -70,8 +74,9 @@ impl<'a> OpenNodes<'a> {
             return;
         }
         for (part, (share, span)) in self.shares.iter().zip(&self.spans).enumerate() {
+            let cell = Cell { x: *span, y: row };
             let found = match 0.0 < *share && *share < 1.0 {
-                true => of_pairs(self.aperture, *span, row),
+                true => of_pairs(self.moments.over(self.aperture, &cell)),
                 false => [[*share; 2]; 2],
             };
             for (factors, found) in self.factors.iter_mut().zip(found) {
@@ -87,10 +92,8 @@ fn span(axis: &Axis, part: usize, nodes: usize) -> [f64; 2] {
     [axis.span(first)[0], axis.span(first + nodes - 1)[1]]
 }
 
-/// The factors [y, x] of the four nodes of a part with these spans along x and y.
-fn of_pairs(aperture: &Aperture, x: [f64; 2], y: [f64; 2]) -> [[f64; 2]; 2] {
-    let counts = [2; 2];
-    let moments = open_moments(aperture, &Cell { x, y, counts });
+/// The factors [y, x] of the four nodes of a part whose open area has these moments.
+fn of_pairs(moments: &Array2<f64>) -> [[f64; 2]; 2] {
     // (a + ½)·P_a for a = 0 and 1.
     let basis = PAIR.map(|node| [0.5, 1.5 * node]);
     basis.map(|along_y| {

@@ -18,9 +18,25 @@ thread_local! {
     static SPARE: RefCell<Vec<Vec<Complex64>>> = const { RefCell::new(Vec::new()) };
 }
 
-/// An array of zeros, in memory that this thread has kept: the smallest that is large enough, or else the largest, which grows.
+/// An array of zeros.
 pub(crate) fn zeros(shape: (usize, usize)) -> Array2<Complex64> {
     let count = shape.0 * shape.1;
+    let Some(mut values) = kept(count) else {
+        return Array2::zeros(shape);
+    };
+    values.resize(count, Complex64::ZERO);
+    Array2::from_shape_vec(shape, values).unwrap_or_else(|_| Array2::zeros(shape))
+}
+
+/// An empty list with room for so many numbers.
+pub(crate) fn room(count: usize) -> Vec<Complex64> {
+    let mut values = kept(count).unwrap_or_default();
+    values.reserve_exact(count);
+    values
+}
+
+/// Memory that this thread has kept: the smallest that is large enough, or else the largest, which is to grow.
+fn kept(count: usize) -> Option<Vec<Complex64>> {
     let best = |spare: &mut Vec<Vec<Complex64>>| {
         let fits = spare
             .iter()
@@ -33,12 +49,9 @@ pub(crate) fn zeros(shape: (usize, usize)) -> Array2<Complex64> {
         let place = place.or((!spare.is_empty()).then_some(0))?;
         Some(spare.remove(place))
     };
-    let Some(mut values) = SPARE.with_borrow_mut(best) else {
-        return Array2::zeros(shape);
-    };
+    let mut values = SPARE.with_borrow_mut(best)?;
     values.clear();
-    values.resize(count, Complex64::ZERO);
-    Array2::from_shape_vec(shape, values).unwrap_or_else(|_| Array2::zeros(shape))
+    Some(values)
 }
 
 /// Keeps the memory of an array for this thread, if it is one of the largest up to [`LARGEST_KEPT`].
@@ -64,7 +77,7 @@ pub(crate) fn release() {
 mod tests {
     use num_complex::Complex64;
 
-    use crate::wave::local_bands::reused_array::{SPARE, keep, release, zeros};
+    use crate::wave::local_bands::reused_array::{SPARE, keep, release, room, zeros};
 
     #[test]
     fn memory_is_used_again_and_given_back() {
@@ -75,6 +88,12 @@ mod tests {
         let second = zeros((20, 50));
         assert_eq!(second.as_ptr(), place);
         assert!(second.iter().all(|value| *value == Complex64::ZERO));
+        keep(second);
+        let mut list = room(1000);
+        assert_eq!(list.as_ptr(), place);
+        assert!(list.is_empty() && list.capacity() >= 1000);
+        list.extend([Complex64::ONE; 1000]);
+        let second = ndarray::Array2::from_shape_vec((20, 50), list).unwrap();
 
         // The smallest that is large enough, and of three arrays the two largest.
         let (small, smaller) = (zeros((20, 10)), zeros((2, 3)));
