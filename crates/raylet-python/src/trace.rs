@@ -4,7 +4,7 @@ use ndarray::{Array1, Array3, Axis};
 use numpy::{Ix1, Ix2, Ix3};
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
-use raylet::engine::geometrical::system_trace::sensitivity;
+use raylet::engine::geometrical::system_trace::RaySensitivity;
 use raylet::engine::progress::Cancelled;
 use raylet::engine::ray_block::ray_origins::RayOrigins;
 use raylet::engine::ray_block::system_rays::{SystemRays, Tracks};
@@ -247,10 +247,11 @@ impl Job {
         let tracks = SystemRays::new(&self.system).trace(origins, &self.recorded, &pulse)?;
         let mut slopes = Array3::from_elem((self.variations.len(), 5, origins.len()), f64::NAN);
         if !self.variations.is_empty() {
+            let sensitivity = RaySensitivity::new(&self.system, &self.variations);
             let columns: Vec<_> = slopes.axis_iter_mut(Axis(2)).collect();
             (columns.into_par_iter().enumerate()).try_for_each(|(ray, mut column)| {
                 Cancelled::check(watch.pulse())?;
-                let found = self.slopes(ray).into_iter().flatten();
+                let found = self.slopes(&sensitivity, ray).into_iter().flatten();
                 for (mut row, slopes) in column.rows_mut().into_iter().zip(found) {
                     row.iter_mut()
                         .zip(slopes)
@@ -263,9 +264,9 @@ impl Job {
     }
 
     /// Derivatives of one ray; nothing where it is lost.
-    fn slopes(&self, ray: usize) -> Option<Vec<[f64; 5]>> {
+    fn slopes(&self, sensitivity: &RaySensitivity, ray: usize) -> Option<Vec<[f64; 5]>> {
         let (source, at) = self.starts.origins().of(&self.system, ray).ok()?;
-        sensitivity(&self.system, &self.variations, &source, at)
+        sensitivity.of(&source, at)
     }
 }
 

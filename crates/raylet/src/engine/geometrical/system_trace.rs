@@ -209,51 +209,69 @@ pub(crate) fn deflected_at(
     Ok((turned, phase / k))
 }
 
-/// Derivatives of one ray on the sensor with respect to each parameter: of x and y on the sensor's axes (mm), of
-/// its optical cosines there, and of its optical path (mm). It starts at a fixed place of the first screen.
-/// Nothing where it is lost.
-pub fn sensitivity(
-    system: &System,
-    variations: &[Variation],
-    source: &Source,
-    at: [f64; 2],
-) -> Option<Vec<[f64; 5]>> {
-    let mut all = Vec::new();
-    for block in variations.chunks(BLOCK) {
-        let landing = landing_tangents(system, block, source, at)?;
-        let [x, y] = landing.at;
-        let [p, q] = landing.cosines;
-        let of = |i: usize| [x, y, p, q, landing.path].map(|number| number.tangent[i]);
-        all.extend((0..block.len()).map(of));
-    }
-    Some(all)
+/// How rays through a system change with parameters.
+pub struct RaySensitivity<'a> {
+    system: &'a System,
+    /// The hops of each block of parameters, and how many parameters it has; nothing where a variation has fewer hops.
+    blocks: Vec<(usize, Option<Vec<VariedHop<'a>>>)>,
 }
 
-/// One ray on the sensor with its tangents; nothing where it is lost, or where an element turns it, whose own
-/// derivatives are not included.
-fn landing_tangents(
-    system: &System,
-    variations: &[Variation],
-    source: &Source,
-    at: [f64; 2],
-) -> Option<Landing<Number>> {
-    let (_, at, p) = launch(system, source, at).ok()?;
-    let mut at = at.map(Number::constant);
-    let mut p = p.map(Number::constant);
-    let mut path = Number::constant(0.0);
-    let mut last = None;
-    for (number, hop) in system.hops().enumerate() {
-        let open = passes(hop.from, at.map(|v| v.value));
-        if !open || matches!(hop.from.kind, ScreenKind::Doe(_)) {
-            return None;
+impl<'a> RaySensitivity<'a> {
+    /// The parts of a system as they move and bend with each parameter.
+    pub fn new(system: &'a System, variations: &'a [Variation]) -> Self {
+        let varied = |block: &'a [Variation]| {
+            let hops = system.hops().enumerate();
+            let varied = hops.map(|(number, hop)| {
+                let perturbed = block.iter().map(|variation| variation.hop(number));
+                Some(VariedHop::new(hop, &perturbed.collect::<Option<Vec<_>>>()?))
+            });
+            (block.len(), varied.collect())
+        };
+        Self {
+            system,
+            blocks: variations.chunks(BLOCK).map(varied).collect(),
         }
-        let each = variations.iter();
-        let perturbed: Option<Vec<_>> = each.map(|variation| variation.hop(number)).collect();
-        let landing = VariedHop::new(hop, &perturbed?).trace(at, p).ok()?;
-        (at, p, path) = (landing.at, landing.cosines, path + landing.path);
-        last = Some(Landing { path, ..landing });
     }
-    last
+
+    /// Derivatives of one ray on the sensor with respect to each parameter: of x and y on the sensor's axes (mm), of
+    /// its optical cosines there, and of its optical path (mm). It starts at a fixed place of the first screen.
+    /// Nothing where it is lost.
+    pub fn of(&self, source: &Source, at: [f64; 2]) -> Option<Vec<[f64; 5]>> {
+        let mut all = Vec::new();
+        for (count, hops) in &self.blocks {
+            let landing = self.landing(hops.as_ref()?, source, at)?;
+            let [x, y] = landing.at;
+            let [p, q] = landing.cosines;
+            let of = |i: usize| [x, y, p, q, landing.path].map(|number| number.tangent[i]);
+            all.extend((0..*count).map(of));
+        }
+        Some(all)
+    }
+
+    /// One ray on the sensor with its tangents; nothing where it is lost, or where an element turns it, whose own
+    /// derivatives are not included.
+    fn landing(
+        &self,
+        hops: &[VariedHop],
+        source: &Source,
+        at: [f64; 2],
+    ) -> Option<Landing<Number>> {
+        let (_, at, p) = launch(self.system, source, at).ok()?;
+        let mut at = at.map(Number::constant);
+        let mut p = p.map(Number::constant);
+        let mut path = Number::constant(0.0);
+        let mut last = None;
+        for (varied, hop) in hops.iter().zip(self.system.hops()) {
+            let open = passes(hop.from, at.map(|v| v.value));
+            if !open || matches!(hop.from.kind, ScreenKind::Doe(_)) {
+                return None;
+            }
+            let landing = varied.trace(at, p).ok()?;
+            (at, p, path) = (landing.at, landing.cosines, path + landing.path);
+            last = Some(Landing { path, ..landing });
+        }
+        last
+    }
 }
 
 #[cfg(test)]
