@@ -1,7 +1,6 @@
 //! Fixtures that the tests of all crates share.
 //!
-//! The unit tests of the library compile these files, but for `scenes.rs`, `stepping.rs` and `strong_mirror.rs`, as their own module
-//! `fixtures`: types of this crate belong to another copy of the library than the one under test. So these files name the
+//! The unit tests of the library compile these files, but for `scenes.rs` and `strong_mirror.rs`, as their own module `fixtures`: types of this crate belong to another copy of the library than the one under test. So these files name the
 //! library `raylet`, and each other by `super`. Tests of these files run there too.
 //!
 //! | file | what it holds |
@@ -15,7 +14,6 @@
 //! | [`mutations`] | Altered files, for tests of readers |
 //! | [`dot_product`] | The inner products of dot-product tests |
 //! | [`scattered`] | A tilted element with rays on it, for scattering |
-//! | `stepping` | Counting the instructions of another process, on Linux with x86-64 |
 //! | [`scenes`] | Scene files of the repository and texts of scenes |
 
 #![deny(
@@ -36,6 +34,4 @@ pub mod patterns;
 pub mod scattered;
 pub mod scenes;
 pub mod smiley;
-#[cfg(all(target_os = "linux", target_arch = "x86_64"))]
-pub mod stepping;
 pub mod strong_mirror;

@@ -1,9 +1,11 @@
 //! Seconds and errors of Fourier sums over scattered points, at several tolerances, on one thread and on two:
 //! `cargo run --release --example nufft_speed -- POINTS`. A line has the type of the sum, modes along each axis, tolerance,
-//! threads, points, seconds and the relative error, against direct sums at a few modes or points.
+//! threads, points, seconds, the relative error against direct sums at a few modes or points, and the memory in MB beside that of the
+//! points and what belongs to them, on Linux.
 
 use std::error::Error;
 use std::f64::consts::TAU;
+use std::fs;
 use std::time::Instant;
 
 use ndarray::Array2;
@@ -32,9 +34,14 @@ fn main() -> Result<(), Box<dyn Error>> {
                     .num_threads(threads)
                     .build()?;
                 let plan = Nufft::new([modes; 2], tolerance)?;
-                let report = |kind: u8, (seconds, error): (f64, f64)| {
+                let report = |kind: u8, run: Run| {
+                    let Run {
+                        seconds,
+                        error,
+                        megabytes,
+                    } = run;
                     println!(
-                        "{kind} {modes} {tolerance:e} {threads} {count} {seconds:.4} {error:.2e}"
+                        "{kind} {modes} {tolerance:e} {threads} {count} {seconds:.4} {error:.2e} {megabytes:.0}"
                     );
                 };
                 report(1, pool.install(|| sums.type1(&plan)));
@@ -88,49 +95,62 @@ impl<'a> Sums<'a> {
         }
     }
 
-    /// Seconds and error of the sums over points.
-    fn type1(&self, plan: &Nufft) -> (f64, f64) {
-        let (seconds, found) = best(|| {
+    /// The sums over points.
+    fn type1(&self, plan: &Nufft) -> Run {
+        let sums = || {
             let mut out = Array2::zeros(self.modes.dim());
             plan.type1(self.points, &self.strengths, &mut out);
             out
-        });
-        (
-            seconds,
-            error(
-                self.over_points
-                    .iter()
-                    .map(|(mode, exact)| (found[*mode], *exact)),
-            ),
-        )
+        };
+        best(sums, |found| {
+            let pairs = self.over_points.iter();
+            error(pairs.map(|(mode, exact)| (found[*mode], *exact)))
+        })
     }
 
-    /// Seconds and error of the sums over modes.
-    fn type2(&self, plan: &Nufft) -> (f64, f64) {
-        let (seconds, found) = best(|| plan.type2(self.modes.view(), self.points));
-        (
-            seconds,
-            error(
-                self.over_modes
-                    .iter()
-                    .map(|(point, exact)| (found[*point], *exact)),
-            ),
-        )
+    /// The sums over modes.
+    fn type2(&self, plan: &Nufft) -> Run {
+        let sums = || plan.type2(self.modes.view(), self.points);
+        best(sums, |found| {
+            let pairs = self.over_modes.iter();
+            error(pairs.map(|(point, exact)| (found[*point], *exact)))
+        })
     }
 }
 
-/// The least seconds of several runs, and what the last one gives.
-fn best<T>(run: impl Fn() -> T) -> (f64, T) {
-    let timed = || {
+/// What sums take, and how wrong they are.
+struct Run {
+    seconds: f64,
+    error: f64,
+    megabytes: f64,
+}
+
+/// The least seconds of several runs, the error of the last one, and their memory.
+fn best<T>(sums: impl Fn() -> T, error: impl Fn(&T) -> f64) -> Run {
+    let before = memory("VmRSS");
+    // The most that was held is counted anew, where that can be.
+    let _ = fs::write("/proc/self/clear_refs", "5");
+    let runs = (0..RUNS).map(|_| {
         let clock = Instant::now();
-        let found = run();
-        (clock.elapsed().as_secs_f64(), found)
-    };
-    let first = timed();
-    (1..RUNS).fold(first, |(least, _), _| {
-        let (seconds, found) = timed();
-        (least.min(seconds), found)
-    })
+        let found = sums();
+        (clock.elapsed().as_secs_f64(), error(&found))
+    });
+    let (seconds, error) = runs.fold((f64::INFINITY, 0.0), |(least, _), (seconds, error)| {
+        (least.min(seconds), error)
+    });
+    Run {
+        seconds,
+        error,
+        megabytes: memory("VmHWM") - before,
+    }
+}
+
+/// A figure of this process in MB; zero where the system does not tell it.
+fn memory(name: &str) -> f64 {
+    let status = fs::read_to_string("/proc/self/status").unwrap_or_default();
+    let line = status.lines().find(|line| line.starts_with(name));
+    let kilobytes = line.and_then(|line| line.split_whitespace().nth(1)?.parse::<f64>().ok());
+    kilobytes.unwrap_or(0.0) / 1e3
 }
 
 /// The relative error of pairs of found and exact sums.

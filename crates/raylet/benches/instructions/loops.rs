@@ -18,7 +18,8 @@ use raylet::wave::beamlet::beamlet_sum::Canvas;
 use raylet::wave::beamlet::wavelet::Arrival;
 use raylet::wave::grid::raster::Raster;
 use raylet_testkit::parts::{self, conic, face, on_axis, sensor};
-use raylet_testkit::stepping::{WITHOUT, between_marks};
+
+use crate::stepping::{WITHOUT, between_marks};
 
 /// The names of all loops.
 pub(crate) const LOOPS: [&str; 8] = [
@@ -32,14 +33,24 @@ pub(crate) const LOOPS: [&str; 8] = [
     "chirp",
 ];
 
-/// Rays of a loop.
+/// Rays, beamlets that are summed, and points of a Fourier sum in a loop of the least size.
 const RAYS: u32 = 16;
-
-/// Points of a Fourier sum.
+const BEAMLETS: u32 = 2;
 const POINTS: u32 = 40;
 
-/// Runs a loop for the process that counts, with these vector instructions.
-pub(crate) fn run_loop(name: &str, level: &str) {
+/// The items that the rate of a loop counts, of one of the least size: rays at each surface, of blocks at the sensor too, points, or
+/// values of beamlets, which are its results.
+pub(crate) fn items(name: &str) -> Option<u32> {
+    match name {
+        "sum of beamlets" => None,
+        "single rays" => Some(2 * RAYS),
+        _ if name.starts_with("Fourier") => Some(POINTS),
+        _ => Some(3 * RAYS),
+    }
+}
+
+/// Runs a loop for the process that counts, with these vector instructions, of so many times the least size.
+pub(crate) fn run_loop(name: &str, level: &str, times: u32) {
     if let Err(error) = choose_level(level) {
         eprintln!("{error}");
         exit(WITHOUT);
@@ -52,10 +63,10 @@ pub(crate) fn run_loop(name: &str, level: &str) {
         "rays in blocks"
         | "rays in blocks with Jacobians"
         | "beamlets in blocks"
-        | "single rays" => rays(name),
-        "sum of beamlets" => beamlets(),
+        | "single rays" => rays(name, RAYS * times),
+        "sum of beamlets" => beamlets(BEAMLETS * times),
         "chirp" => chirp(),
-        _ => points(name),
+        _ => points(name, POINTS * times),
     };
     done.expect("a loop that is counted");
 }
@@ -73,7 +84,7 @@ fn lens() -> Vec<Surface> {
 }
 
 /// Starts (x, y) within 5 mm, with direction cosines within ±0.02.
-fn starts() -> Vec<[f64; 4]> {
+fn starts(count: u32) -> Vec<[f64; 4]> {
     let start = |i| {
         let ([x, y], [p, q]) = (random::pair(7, [i, 0, 0, 0]), random::pair(7, [i, 1, 0, 0]));
         [
@@ -83,11 +94,11 @@ fn starts() -> Vec<[f64; 4]> {
             0.04 * q - 0.02,
         ]
     };
-    (0..RAYS).map(start).collect()
+    (0..count).map(start).collect()
 }
 
 /// Rays and beamlets through a plane and a sphere.
-fn rays(name: &str) -> std::io::Result<()> {
+fn rays(name: &str, count: u32) -> std::io::Result<()> {
     let screen = |z: f64| parts::screen(on_axis(z), sensor(256, 0.0025));
     let (from, train, to) = (screen(0.0), lens(), screen(64.0));
     let hop = Hop {
@@ -96,7 +107,7 @@ fn rays(name: &str) -> std::io::Result<()> {
         train: &train,
         to: &to,
     };
-    let (rays, starts) = (HopRays::new(&hop), starts());
+    let (rays, starts) = (HopRays::new(&hop), starts(count));
     match name {
         "rays in blocks" => {
             // Columns that have their room.
@@ -142,14 +153,14 @@ fn rays(name: &str) -> std::io::Result<()> {
     }
 }
 
-/// Two beamlets on a raster of 64 × 64, with footprints of 20 samples' radius; the result is the number of their values.
-fn beamlets() -> std::io::Result<()> {
+/// Beamlets on a raster of 64 × 64, with footprints of 20 samples' radius; the result is the number of their values.
+fn beamlets(count: u32) -> std::io::Result<()> {
     const PITCH: f64 = 0.0025;
     let (radius, k, threshold) = (20.0 * PITCH, std::f64::consts::TAU / 532e-6, 1e-3_f64);
     let decay = -2.0 * threshold.ln() / (k * radius * radius);
     let curvature = Complex64::new(0.3 * decay, decay);
     let pair = |i, kind| random::pair(3, [i, kind, 0, 0]).map(|u| u - 0.5);
-    let arrivals: Vec<Arrival> = (0..2)
+    let arrivals: Vec<Arrival> = (0..count)
         .map(|i| Arrival {
             at: pair(i, 0).map(|u| 64.0 * PITCH * u),
             cosines: pair(i, 1).map(|u| 0.1 * u),
@@ -181,10 +192,10 @@ fn chirp() -> std::io::Result<()> {
 }
 
 /// Fourier sums between points and 8 × 8 modes at a tolerance of 1e-6.
-fn points(name: &str) -> std::io::Result<()> {
+fn points(name: &str, count: u32) -> std::io::Result<()> {
     let plan = Nufft::new([8, 8], 1e-6).expect("a tolerance that can be had");
     let point = |i| random::pair(1, [i, 0, 0, 0]).map(|u| std::f64::consts::TAU * u);
-    let points: Vec<[f64; 2]> = (0..POINTS).map(point).collect();
+    let points: Vec<[f64; 2]> = (0..count).map(point).collect();
     let mut modes = Array2::from_elem([8, 8], Complex64::new(1.0, 0.5));
     match name {
         "Fourier sum from points" => {

@@ -5,12 +5,24 @@
 //! not notice when it is lost. `make instruction-counts` writes the file, as after a change of the compiler. The results of a loop
 //! are compared between the kinds of instructions.
 //!
+//! With `--operations` it prints, for each loop and kind of instructions, how many instructions an item of its rate takes, how many
+//! sums and products of double precision are among them, and how many quotients and roots: `make performance` compares these with what
+//! the machine can do. What a loop takes besides its items is left out, as the difference between two sizes of its input.
+//!
 //! | file | what it holds |
 //! | --- | --- |
 //! | `loops` | The loops, and their inputs |
+//! | `stepping` | Counting the instructions of another process |
+//! | `operations` | What instructions do with numbers of double precision |
 
 #[cfg(all(target_os = "linux", target_arch = "x86_64"))]
 mod loops;
+
+#[cfg(all(target_os = "linux", target_arch = "x86_64"))]
+mod operations;
+
+#[cfg(all(target_os = "linux", target_arch = "x86_64"))]
+mod stepping;
 
 /// Where loops are not counted.
 #[cfg(not(all(target_os = "linux", target_arch = "x86_64")))]
@@ -31,9 +43,8 @@ mod counted {
     use std::process::exit;
     use std::{env, fs};
 
-    use raylet_testkit::stepping::{Counted, count_steps, stay_on_one_processor};
-
-    use crate::loops::{LOOPS, run_loop};
+    use crate::loops::{LOOPS, items, run_loop};
+    use crate::stepping::{Counted, count_steps, stay_on_one_processor};
 
     /// Kinds of vector instructions, the narrowest first.
     const LEVELS: [&str; 3] = ["baseline", "avx2", "avx512"];
@@ -43,6 +54,9 @@ mod counted {
 
     /// Part by which results may differ between kinds of instructions, of the largest.
     const SAME: f64 = 1e-13;
+
+    /// So many times the least input is added to tell what an item takes.
+    const FURTHER: u32 = 1;
 
     /// Errors of systems that do not let one process follow another.
     const REFUSED: [ErrorKind; 2] = [ErrorKind::PermissionDenied, ErrorKind::Unsupported];
@@ -54,8 +68,11 @@ mod counted {
     pub(crate) fn main() {
         let words: Vec<String> = env::args().skip(1).collect();
         match words.iter().map(String::as_str).collect::<Vec<_>>()[..] {
-            ["--loop", name, level] => return run_loop(name, level),
+            ["--loop", name, level, times] => {
+                return run_loop(name, level, times.parse().expect("a number"));
+            }
             ["--write"] => return write(&counts()),
+            ["--operations"] => return operations(),
             _ => {}
         }
         // Other profiles have other instructions, and a name on the command line means another test.
@@ -81,7 +98,7 @@ mod counted {
         for name in LOOPS {
             let mut narrow: Option<Vec<f64>> = None;
             for level in LEVELS {
-                let Counted { steps, results } = match count_steps(name, level) {
+                let Counted { steps, results, .. } = match count_steps(name, level, 1) {
                     Ok(Some(counted)) => counted,
                     Ok(None) => continue,
                     Err(error) if REFUSED.contains(&error.kind()) => {
@@ -111,6 +128,38 @@ mod counted {
             }
         }
         counts
+    }
+
+    /// Prints what an item of each loop takes, by two sizes of its input.
+    fn operations() {
+        let counted = |name, level, times| match count_steps(name, level, times) {
+            Ok(counted) => counted,
+            Err(error) => {
+                println!("{name}, {level}: {error}");
+                exit(1);
+            }
+        };
+        for name in LOOPS.iter().filter(|name| **name != "chirp") {
+            for level in LEVELS {
+                let (Some(one), Some(more)) =
+                    (counted(name, level, 1), counted(name, level, 1 + FURTHER))
+                else {
+                    continue;
+                };
+                let sum = |counted: &Counted| counted.results.iter().sum::<f64>();
+                let count = match items(name) {
+                    Some(count) => f64::from(FURTHER * count),
+                    None => sum(&more) - sum(&one),
+                };
+                let each = |of: fn(&Counted) -> u64| (of(&more) - of(&one)) as f64 / count;
+                println!(
+                    "{name}\t{level}\t{:.2}\t{:.2}\t{:.3}",
+                    each(|counted| counted.steps),
+                    each(|counted| counted.operations.sums_and_products),
+                    each(|counted| counted.operations.quotients_and_roots)
+                );
+            }
+        }
     }
 
     /// What is wrong with counts, in sentences.
