@@ -141,10 +141,10 @@ bench:
 instruction-counts:
 	cargo test --release --workspace --test instructions -- --write
 
-# Remakes docs/performance.md, beside other ray tracers.
+# Remakes docs/performance.md and its picture, beside other ray tracers.
 performance: environments wheel
 	$(TORCH_VENV)/bin/pip install --quiet --disable-pip-version-check --no-deps --force-reinstall $(WHEELS)/*.whl
-	$(TORCH_VENV)/bin/python benches/peers/performance.py
+	$(TORCH_VENV)/bin/python -m benches.peers.performance
 
 # Remakes docs/huygens_psf.md, beside Optiland.
 huygens-psf: environments wheel
