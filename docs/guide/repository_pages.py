@@ -25,13 +25,7 @@ PAGES = [
     "docs/rays.md",
     "GLOSSARY.md",
 ]
-PICTURES = [
-    "docs/aperture_scaling.png",
-    "docs/exact_fields.png",
-    "docs/estimators.png",
-    "docs/hybrid_lens.png",
-    "docs/performance.png",
-]
+PICTURES = ["docs/aperture_scaling.png", "docs/exact_fields.png", "docs/estimators.png", "docs/hybrid_lens.png"]
 
 LINK = re.compile(r"\]\(((?!https?:)[^)#\s]+)(#[^)\s]*)?\)")
 

@@ -7,6 +7,7 @@ use pyo3::prelude::*;
 use raylet::engine::geometrical::system_trace::RaySensitivity;
 use raylet::engine::progress::Cancelled;
 use raylet::engine::ray_block::ray_origins::RayOrigins;
+use raylet::engine::ray_block::system_derivatives::SystemDerivatives;
 use raylet::engine::ray_block::system_rays::{SystemRays, Tracks};
 use raylet::engine::trace::ray_sensitivity::Variation;
 use raylet::file::model::build;
@@ -245,22 +246,33 @@ impl Job {
         let origins = self.starts.origins();
         let pulse = || watch.pulse();
         let tracks = SystemRays::new(&self.system).trace(origins, &self.recorded, &pulse)?;
-        let mut slopes = Array3::from_elem((self.variations.len(), 5, origins.len()), f64::NAN);
-        if !self.variations.is_empty() {
-            let sensitivity = RaySensitivity::new(&self.system, &self.variations);
-            let columns: Vec<_> = slopes.axis_iter_mut(Axis(2)).collect();
-            (columns.into_par_iter().enumerate()).try_for_each(|(ray, mut column)| {
-                Cancelled::check(watch.pulse())?;
-                let found = self.slopes(&sensitivity, ray).into_iter().flatten();
-                for (mut row, slopes) in column.rows_mut().into_iter().zip(found) {
-                    row.iter_mut()
-                        .zip(slopes)
-                        .for_each(|(to, slope)| *to = slope);
-                }
-                Ok(())
-            })?;
-        }
+        let slopes = match SystemDerivatives::new(&self.system, &self.variations) {
+            Some(many) => many.derivatives(origins, &pulse)?,
+            None => self.single_slopes(watch)?,
+        };
         Ok((tracks, slopes))
+    }
+
+    /// Derivatives of the rays one by one.
+    fn single_slopes(&self, watch: &Watch) -> Result<Array3<f64>, Cancelled> {
+        let rays = self.starts.origins().len();
+        let mut slopes = Array3::from_elem((self.variations.len(), 5, rays), f64::NAN);
+        if self.variations.is_empty() {
+            return Ok(slopes);
+        }
+        let sensitivity = RaySensitivity::new(&self.system, &self.variations);
+        let columns: Vec<_> = slopes.axis_iter_mut(Axis(2)).collect();
+        (columns.into_par_iter().enumerate()).try_for_each(|(ray, mut column)| {
+            Cancelled::check(watch.pulse())?;
+            let found = self.slopes(&sensitivity, ray).into_iter().flatten();
+            for (mut row, slopes) in column.rows_mut().into_iter().zip(found) {
+                row.iter_mut()
+                    .zip(slopes)
+                    .for_each(|(to, slope)| *to = slope);
+            }
+            Ok(())
+        })?;
+        Ok(slopes)
     }
 
     /// Derivatives of one ray; nothing where it is lost.

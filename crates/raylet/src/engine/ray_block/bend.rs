@@ -5,7 +5,7 @@
 
 use fearless_simd::{Simd, SimdBase, SimdFloat, SimdMask, f64x8, mask64x8};
 
-use crate::engine::ray_block::lane_shape::{LaneBending, Meeting};
+use crate::engine::ray_block::lane_shape::Meeting;
 use crate::engine::ray_block::lane_vec3::LaneVec3;
 
 /// What a part does to the direction of a ray.
@@ -69,16 +69,15 @@ impl Bend {
         }
     }
 
-    /// The change of the direction behind, where a ray's point moves along the part and its direction changes.
+    /// The change of the direction behind, where the normal that a ray meets changes, and its direction.
     #[inline(always)]
-    pub(crate) fn change<S: Simd, C: LaneBending<S>>(
+    pub(crate) fn change<S: Simd, C>(
         self,
         d: LaneVec3<S>,
         at: &Meeting<S, C>,
         bent: &Bent<S>,
-        [moved, turned]: [LaneVec3<S>; 2],
+        [normal, turned]: [LaneVec3<S>; 2],
     ) -> LaneVec3<S> {
-        let normal = at.bending.normal_change(moved);
         let along = turned.dot(at.normal) + d.dot(normal);
         let square = at.normal.dot(normal) * 2.0;
         let (ratio, gamma) = match self {
@@ -94,5 +93,20 @@ impl Bend {
         let kept = turned.scaled(ratio);
         kept.plus(at.normal.times(gamma))
             .plus(normal.times(bent.gamma))
+    }
+
+    /// The change of the direction behind with the ratio of the indices; zero for what does not refract.
+    #[inline(always)]
+    pub(crate) fn change_by_ratio<S: Simd, C>(
+        self,
+        d: LaneVec3<S>,
+        at: &Meeting<S, C>,
+        bent: &Bent<S>,
+    ) -> LaneVec3<S> {
+        let Bend::Refract(ratio) = self else {
+            return d.scaled(0.0);
+        };
+        let root = (at.along * at.along - at.square) * ratio / bent.root;
+        d.plus(at.normal.times((root - at.along) / at.square))
     }
 }

@@ -18,8 +18,12 @@ use crate::optics::shape::Shape;
 
 /// Eight rays at a part.
 pub(crate) struct LaneEncounter<'a, S: Simd, C> {
-    /// How they came from the axes before.
+    /// They themselves, on the axes of the part before.
+    pub before: &'a Packet<S>,
+    /// How they came from these axes.
     pub passage: &'a Passage,
+    /// Refractive index before the part.
+    pub index: f64,
     /// What the part does to them.
     pub bend: Bend,
     /// How much of the field it transmits, if it refracts.
@@ -95,7 +99,9 @@ fn through<S: Simd, L: LaneShape>(
         // Bend.
         let bent = part.bend.bend(d, &meeting);
         let encounter = LaneEncounter {
+            before: &ray,
             passage: &part.passage,
+            index: part.index,
             bend: part.bend,
             coating: part.coating,
             direction: d,

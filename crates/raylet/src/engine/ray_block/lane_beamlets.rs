@@ -172,7 +172,8 @@ impl LaneCompanion for LaneBeamlets {
                 let beside = ends[ray][part];
                 let longer = meeting.normal.dot(beside) * shorter;
                 let along = beside.plus(direction.times(longer));
-                let changes = [along, turned[ray][part]];
+                let normal = meeting.bending.normal_change(along);
+                let changes = [normal, turned[ray][part]];
                 let behind = encounter
                     .bend
                     .change(direction, meeting, encounter.bent, changes);

@@ -13,12 +13,16 @@
 //! | `bend` | Refraction and reflection of eight rays, and of their derivatives |
 //! | `prepared_part` | Surfaces and screens made ready for blocks of rays |
 //! | `block_step` | A block through one part |
+//! | `part_change` | How a part changes with a parameter of a system |
+//! | `parameter_tangents` | Derivatives of the rays of a block by parameters of a system |
 //! | [`ray_origins`] | Where and how many rays start |
 //! | [`system_rays`] | Rays through a whole system, with what they meet on the way |
-//! | `tangents` | Derivatives of the rays of a block |
+//! | [`system_derivatives`] | The same with derivatives by parameters of the system |
+//! | `tangents` | Derivatives of the rays of a block by their starts |
 //! | `lane_complex` | Eight complex numbers |
 //! | `lane_beamlets` | Beamlets that the rays of a block carry |
 //! | [`hop_rays`] | Rays, and their Jacobians, from screen to screen |
+//! | `system_derivatives_test` | Tests: derivatives are those of single rays |
 //! | `hop_rays_test` | Tests: they are single rays, for every shape |
 
 pub(crate) mod bend;
@@ -32,8 +36,13 @@ pub(crate) mod lane_beamlets;
 pub(crate) mod lane_complex;
 pub(crate) mod lane_shape;
 pub(crate) mod lane_vec3;
+pub(crate) mod parameter_tangents;
+pub(crate) mod part_change;
 pub(crate) mod passage;
 pub(crate) mod prepared_part;
 pub mod ray_origins;
+pub mod system_derivatives;
+#[cfg(test)]
+mod system_derivatives_test;
 pub mod system_rays;
 pub(crate) mod tangents;

@@ -11,7 +11,7 @@ use rayon::prelude::*;
 use crate::engine::geometrical::system_trace::deflected_at;
 use crate::engine::progress::{Cancelled, Pulse};
 use crate::engine::ray_block::block::{BLOCK, RayBlock};
-use crate::engine::ray_block::block_step::{clip, step};
+use crate::engine::ray_block::block_step::{LaneCompanion, clip, step};
 use crate::engine::ray_block::lane_vec3::LaneVec3;
 use crate::engine::ray_block::passage::Passage;
 use crate::engine::ray_block::prepared_part::{Edge, PreparedPart};
@@ -39,23 +39,26 @@ pub struct Tracks {
 
 /// A system made ready for many rays.
 pub struct SystemRays<'a> {
-    system: &'a System,
-    stations: Vec<Station<'a>>,
-    level: Level,
+    /// The system.
+    pub(crate) system: &'a System,
+    /// Its screens and surfaces in the order of the light.
+    pub(crate) stations: Vec<Station<'a>>,
+    /// The processor's vector instructions.
+    pub(crate) level: Level,
 }
 
 /// A screen or surface on the way.
-struct Station<'a> {
+pub(crate) struct Station<'a> {
     /// How rays come there; nothing for the first screen.
-    part: Option<PreparedPart<'a>>,
+    pub part: Option<PreparedPart<'a>>,
     /// From its axes to the global ones.
     outwards: Passage,
     /// The screen that it is.
-    screen: Option<&'a Screen>,
+    pub screen: Option<&'a Screen>,
 }
 
 /// Blocks that one thread follows in a row.
-const ROW: usize = 16;
+pub(crate) const ROW: usize = 16;
 
 /// The part of the tracks that one thread writes.
 struct Piece<'a> {
@@ -148,7 +151,7 @@ impl<'a> SystemRays<'a> {
             let rays = [first + start, range.len()];
             dispatch!(self.level, simd => origins.launch(simd, self.system, &mut block, rays));
             for (number, station) in self.stations.iter().enumerate() {
-                self.visit(station, &mut block);
+                self.visit(station, &mut block, &mut ());
                 for (slot, _) in
                     { recorded.iter().enumerate() }.filter(|(_, part)| **part == number)
                 {
@@ -166,9 +169,14 @@ impl<'a> SystemRays<'a> {
     }
 
     /// Takes a block to a part and through it.
-    fn visit(&self, station: &Station, block: &mut RayBlock) {
+    pub(crate) fn visit(
+        &self,
+        station: &Station,
+        block: &mut RayBlock,
+        companion: &mut impl LaneCompanion,
+    ) {
         if let Some(part) = &station.part {
-            dispatch!(self.level, simd => step(simd, block, part, &mut ()));
+            dispatch!(self.level, simd => step(simd, block, part, companion));
         }
         let Some(screen) = station.screen else {
             return;

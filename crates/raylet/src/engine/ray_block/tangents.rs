@@ -69,26 +69,40 @@ impl LaneCompanion for Tangents {
 
     #[inline(always)]
     fn follow<S: Simd, C: LaneBending<S>>(&mut self, at: usize, encounter: &LaneEncounter<S, C>) {
-        let LaneEncounter {
-            passage,
-            bend,
-            direction,
-            meeting,
-            bent,
-            ..
-        } = *encounter;
-        let simd = direction.x.simd;
-        let shorter = -1.0 / meeting.along;
+        let shorter = -1.0 / encounter.meeting.along;
         for (moved, turned) in self.moved.iter_mut().zip(&mut self.turned) {
-            // The point moves along the part: N·δp = 0.
-            let (before, start) = (load(simd, turned, at), load(simd, moved, at));
-            let (before, start) = (passage.directions(before), passage.directions(start));
-            let beside = start.plus(before.times(meeting.length));
-            let longer = meeting.normal.dot(beside) * shorter;
-            let along = beside.plus(direction.times(longer));
-            let behind = bend.change(direction, meeting, bent, [along, before]);
-            store(moved, at, along);
-            store(turned, at, behind);
+            carry_tangent(at, encounter, shorter, [moved, turned]);
         }
     }
+}
+
+/// Carries the changes of positions and directions of eight rays, the `at`-th of a block, through a part; `shorter` is −1/(N·d).
+/// Returns how much longer their ways to it become.
+#[inline(always)]
+pub(crate) fn carry_tangent<S: Simd, C: LaneBending<S>>(
+    at: usize,
+    encounter: &LaneEncounter<S, C>,
+    shorter: f64x8<S>,
+    [moved, turned]: [&mut [Column; 3]; 2],
+) -> f64x8<S> {
+    let LaneEncounter {
+        passage,
+        bend,
+        direction,
+        meeting,
+        bent,
+        ..
+    } = *encounter;
+    let simd = direction.x.simd;
+    // The point moves along the part: N·δp = 0.
+    let (before, start) = (load(simd, turned, at), load(simd, moved, at));
+    let (before, start) = (passage.directions(before), passage.directions(start));
+    let beside = start.plus(before.times(meeting.length));
+    let longer = meeting.normal.dot(beside) * shorter;
+    let along = beside.plus(direction.times(longer));
+    let normal = meeting.bending.normal_change(along);
+    let behind = bend.change(direction, meeting, bent, [normal, before]);
+    store(moved, at, along);
+    store(turned, at, behind);
+    longer
 }

@@ -1,0 +1,148 @@
+//! Derivatives of rays through a whole system by its parameters, many rays at once.
+//!
+//! They are those of [`RaySensitivity`](crate::engine::geometrical::system_trace::RaySensitivity), whose single rays serve systems
+//! with elements and curved screens.
+
+use fearless_simd::dispatch;
+use ndarray::{Array3, ArrayViewMut3, Axis};
+use rayon::prelude::*;
+
+use crate::engine::progress::{Cancelled, Pulse};
+use crate::engine::ray_block::block::{BLOCK, RayBlock};
+use crate::engine::ray_block::parameter_tangents::ParameterTangents;
+use crate::engine::ray_block::part_change::PartChange;
+use crate::engine::ray_block::ray_origins::RayOrigins;
+use crate::engine::ray_block::system_rays::{ROW, SystemRays};
+use crate::engine::trace::ray_sensitivity::Variation;
+use crate::optics::screen::{Screen, ScreenKind};
+use crate::optics::system::System;
+
+/// A system whose rays change with parameters.
+pub struct SystemDerivatives<'a> {
+    rays: SystemRays<'a>,
+    /// How each part changes, in the order of the light.
+    changes: Vec<Vec<PartChange<'a>>>,
+    /// The index before the sensor, and its derivatives.
+    index: f64,
+    index_slopes: Vec<f64>,
+}
+
+impl<'a> SystemDerivatives<'a> {
+    /// Of a system and its variations; nothing where single rays must serve: where elements or curved stops turn rays, or a
+    /// parameter changes the kind of a part or the medium at the start.
+    pub fn new(system: &'a System, variations: &'a [Variation]) -> Option<Self> {
+        let all = variations.iter().flat_map(|v| [&v.below, &v.above]);
+        let first = |system: &System| system.screens.first().map(Screen::index_behind);
+        let fits = |other: &System| is_plain(other) && first(other) == first(system);
+        if !(is_plain(system) && all.into_iter().all(fits)) {
+            return None;
+        }
+        let rays = SystemRays::new(system);
+        let mut changes: Vec<Vec<PartChange>> = rays.stations.iter().map(|_| Vec::new()).collect();
+        for (parameter, variation) in variations.iter().enumerate() {
+            let [below, above] = [&variation.below, &variation.above].map(SystemRays::new);
+            if below.parts() != rays.parts() || above.parts() != rays.parts() {
+                return None;
+            }
+            let stations = below.stations.into_iter().zip(above.stations);
+            let here = rays.stations.iter().zip(&mut changes);
+            for ((station, changes), (below, above)) in here.zip(stations) {
+                let (Some(part), Some(below), Some(above)) =
+                    (&station.part, below.part, above.part)
+                else {
+                    continue;
+                };
+                let parts = [below, above];
+                let change = PartChange::between(parameter, part, parts, variation.distance);
+                changes.extend(change.ok()?);
+            }
+        }
+        let index = |system: &System| Some(system.screens.last()?.index);
+        let slope = |v: &Variation| Some((index(&v.above)? - index(&v.below)?) / v.distance);
+        Some(Self {
+            rays,
+            changes,
+            index: index(system)?,
+            index_slopes: variations.iter().map(slope).collect::<Option<_>>()?,
+        })
+    }
+
+    /// Derivatives (parameters, 5, rays) of x, y (mm), the optical cosines along x and y, and the path (mm) on the sensor, on its axes.
+    /// Rays start at fixed places of the first screen. Those of lost rays are NaN.
+    ///
+    /// # Errors
+    /// When the pulse breaks.
+    pub fn derivatives(
+        &self,
+        origins: RayOrigins,
+        pulse: &Pulse,
+    ) -> Result<Array3<f64>, Cancelled> {
+        let mut all = Array3::zeros((self.index_slopes.len(), 5, origins.len()));
+        let row = ROW * BLOCK;
+        let pieces: Vec<_> = all.axis_chunks_iter_mut(Axis(2), row).collect();
+        let numbered = pieces.into_par_iter().enumerate();
+        numbered.try_for_each(|(number, piece)| {
+            Cancelled::check(pulse())?;
+            self.follow(number * row, origins, piece);
+            Ok(())
+        })?;
+        Ok(all)
+    }
+
+    /// Those of the rays of a piece, of which the first has the number `first`.
+    fn follow(&self, first: usize, origins: RayOrigins, mut piece: ArrayViewMut3<f64>) {
+        let mut block = RayBlock::empty();
+        let mut tangents = ParameterTangents::new(self.index_slopes.len());
+        let (rays, count) = (&self.rays, piece.len_of(Axis(2)));
+        for start in (0..count).step_by(BLOCK) {
+            let group = [first + start, BLOCK.min(count - start)];
+            dispatch!(rays.level, simd => origins.launch(simd, rays.system, &mut block, group));
+            tangents.restart();
+            for (station, changes) in rays.stations.iter().zip(&self.changes) {
+                tangents.come_to(changes);
+                rays.visit(station, &mut block, &mut tangents);
+                block.forget();
+            }
+            tangents.come_to(&[]);
+            self.write(&block, &tangents, [start, group[1]], &mut piece);
+        }
+    }
+
+    /// Writes down the derivatives of the rays of a block, from the `start`-th of the piece on.
+    fn write(
+        &self,
+        block: &RayBlock,
+        tangents: &ParameterTangents,
+        [start, count]: [usize; 2],
+        piece: &mut ArrayViewMut3<f64>,
+    ) {
+        for (parameter, (mut rows, slope)) in { piece.outer_iter_mut() }
+            .zip(&self.index_slopes)
+            .enumerate()
+        {
+            for i in 0..count {
+                let [x, y, p, q, path] = tangents.of(parameter, i);
+                let d = block.ray(i).direction;
+                // cosines = n·d
+                let cosines = [self.index * p + slope * d.x, self.index * q + slope * d.y];
+                let found = [x, y, cosines[0], cosines[1], path];
+                let lost = block.lost[i].is_some();
+                for (value, found) in rows.column_mut(start + i).iter_mut().zip(found) {
+                    *value = if lost { f64::NAN } else { found };
+                }
+            }
+        }
+    }
+}
+
+/// Whether rays go straight on at all screens, which are planes, and reach the sensor at the end.
+fn is_plain(system: &System) -> bool {
+    let Some((last, stops)) = system.screens.split_last() else {
+        return false;
+    };
+    let straight = |screen: &Screen| {
+        let stop = matches!(screen.kind, ScreenKind::Stop(_));
+        stop && screen.is_plane() && screen.behind.is_none() && screen.leaves() == screen.arrives
+    };
+    stops.iter().all(straight) && matches!(last.kind, ScreenKind::Sensor(_))
+}
