@@ -58,18 +58,18 @@ The share is that of the core's sums and products each second, quotients and roo
 """
 
 BOUNDS = """
-What bounds them:
+No loop uses fused multiply-adds: with them results would have other bits on other machines. What bounds the loops:
 
 - **Rays in blocks.** A surface has quotients and roots that wait for each other, and a processor begins one vector of
   them only every few cycles. The rest are sums and products with little to do side by side.
 - **Jacobians and beamlets.** The same, with four tangents or a complex curvature beside each ray: more sums and
-  products for each quotient, so the share is larger. More numbers than registers are alive, and many instructions
-  load and store.
+  products for each quotient. More numbers are alive than a processor has registers, so many instructions load and
+  store.
 - **Single rays.** One ray fills one of the lanes of a vector. They serve where a ray must be searched, and in tests.
-- **Sum of beamlets.** A recurrence along each row takes a few products a value. It adds to the raster in cache: loads
-  and stores are as many as the products.
-- **Fourier sums.** Points in random order are sorted first. Then each adds to, or reads from, a small square of a
-  fine grid; with 1024² modes the grid is larger than the cache.
+- **Sum of beamlets.** A recurrence along each row takes a few products a value, and each value is added to the raster,
+  which stays in the cache.
+- **Fourier sums.** Points in random order are sorted first. Then each adds to, or reads from, a small square of a fine
+  grid; with 1024² modes the grid is larger than the cache.
 - **Draws of the paper's method.** {draws:.3g} million draws each second: cutting the patch, drawing, tracing and the
   Fourier sum take similar times, and no single loop bounds them.
 """
