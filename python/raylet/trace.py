@@ -30,6 +30,16 @@ NOT_UNIT = 1e-6
 
 
 @dataclass(frozen=True, eq=False)
+class RayStart:
+    """The system as rays went through it, and how they started."""
+
+    system: System
+    starts: dict[str, Any]
+    channel: int
+    threads: int | None
+
+
+@dataclass(frozen=True, eq=False)
 class Rays:
     """Rays at the parts of a system; the last part is the sensor. What a lost ray did not reach is NaN.
 
@@ -54,11 +64,68 @@ class Rays:
     opl_mm: Real
     fate: NDArray[np.uint8]
     derivatives: dict[str, Real]
+    _start: RayStart
 
     @property
     def arrived(self) -> NDArray[np.bool_]:
         """Which rays reached the sensor."""
         return np.asarray(self.fate == 0)
+
+    def adjoint(
+        self,
+        parameters: str | Sequence[str],
+        *,
+        x: Any = 0.0,
+        y: Any = 0.0,
+        L: Any = 0.0,
+        M: Any = 0.0,
+        opl_mm: Any = 0.0,
+    ) -> Real:
+        """The gradient of a real loss by parameters, from its derivatives by where rays land; what loss.backward() does.
+
+        Rays go there and back once for all parameters, and no memory grows with rays and surfaces. Through surfaces,
+        mirrors and stops only.
+
+        Parameters
+        ----------
+        parameters : paths such as "element[0].radius_mm"; of a radius the gradient is by its curvature.
+        x, y, L, M, opl_mm : derivatives of the loss by each ray's place (per mm) and optical direction cosines on the
+            sensor's axes, and by its optical path (per mm): (rays,), or one number for all. Those of lost rays do not
+            count.
+
+        Returns
+        -------
+        One number for each parameter.
+
+        Examples
+        --------
+        The mean square of the distances of rays from the axis, and its gradient by a curvature:
+
+        >>> import numpy as np, raylet
+        >>> system = raylet.System(wavelength_um=0.55)
+        >>> system = system.add_surface(radius_mm=50.0, thickness_mm=4.0, glass=1.5, semi_aperture_mm=5.0)
+        >>> system = system.add_surface(semi_aperture_mm=5.0, thickness_mm=90.0)
+        >>> system = system.add_sensor(pixels=(8, 8), pitch_um=10.0)
+        >>> rays = system.trace(Px=np.linspace(-1.0, 1.0, 11), parts=-1)
+        >>> gradient = rays.adjoint("element[0].radius_mm", x=2.0 * rays.x[0] / 11, y=2.0 * rays.y[0] / 11)
+        >>> round(float(gradient[0]), 2)
+        0.0
+        """
+        paths = [parameters] if isinstance(parameters, str) else list(parameters)
+        rows = {"x": x, "y": y, "L": L, "M": M, "opl_mm": opl_mm}
+        by_landings = np.zeros((5, self.fate.size))
+        for row, (name, value) in zip(by_landings, rows.items()):
+            given = real(name, value)
+            if given.shape not in ((), (self.fate.size,)):
+                raise ValueError(f"{name} has shape {given.shape}, expected ({self.fate.size},), or one number")
+            row[:] = given
+            if not np.isfinite(row[self.arrived]).all():
+                raise ValueError(f"{name} holds numbers that are not finite, of rays that arrived")
+        system, channel = self._start.system, self._start.channel
+        scene, arrays, starts = system._compiled(), system._arrays, self._start.starts
+        threads = self._start.threads
+        found = _raylet.trace_adjoint(scene, arrays, channel, starts, by_landings, paths, threads)
+        return np.array(found, dtype=np.float64)
 
     @described
     def __repr__(self) -> str:
@@ -135,9 +202,9 @@ def _followed(
     chosen = _numbers(names, parts)
     found = _raylet.trace(system._compiled(), system._arrays, channel, starts, chosen, list(parameters), threads)
     points, directions, paths, fate, slopes = found
-    x, y, z = points
-    L, M, N = directions
-    return Rays([names[number] for number in chosen], x, y, z, L, M, N, paths, fate, dict(zip(parameters, slopes)))
+    recorded = [names[number] for number in chosen]
+    start = RayStart(system._copy(), starts, channel, threads)
+    return Rays(recorded, *points, *directions, paths, fate, dict(zip(parameters, slopes)), start)
 
 
 def _numbers(names: list[str], parts: Part | Sequence[Part] | None) -> list[int]:

@@ -70,7 +70,7 @@ mod _raylet {
     #[pymodule_export]
     use crate::simulate::simulate;
     #[pymodule_export]
-    use crate::trace::{chief_landing, trace};
+    use crate::trace::{chief_landing, trace, trace_adjoint};
 
     #[pymodule_export]
     #[expect(non_upper_case_globals, reason = "Python's name for it")]

@@ -1,6 +1,6 @@
 //! Single rays through a system.
 
-use ndarray::{Array1, Array3, Axis};
+use ndarray::{Array1, Array2, Array3, Axis};
 use numpy::{Ix1, Ix2, Ix3};
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
@@ -94,21 +94,9 @@ pub(crate) fn trace<'py>(
     parameters: Vec<String>,
     threads: Option<usize>,
 ) -> PyResult<Answer<'py>> {
-    scene.check(channel)?;
-    let (system, variations) = scene.with_arrays(py, &arrays, |file, arrays| {
-        let system = build::system_with(file, arrays, channel)?;
-        Ok((system, variations(file, arrays, channel, &parameters)?))
-    })?;
-    let bounds = system.screens.first().and_then(Screen::bounds);
-    let bounds = bounds.ok_or_else(|| error(py, "the first screen has no edge"))?;
-    refuse_turned(py, &system, &variations)?;
-    let job = Job {
-        system,
-        variations,
-        starts: launches(&starts, bounds)?,
-        recorded,
-    };
-    let found = run(py, threads, None, move |watch: &Watch| job.follow(watch))?;
+    let job = Job::new(py, (scene, &arrays, channel), &starts, &parameters)?;
+    let follow = move |watch: &Watch| job.follow(&recorded, watch);
+    let found = run(py, threads, None, follow)?;
     let (tracks, slopes) = found.map_err(|failure| error(py, failure))?;
     if !arrived_are_finite(&tracks) {
         return Err(error(
@@ -124,6 +112,40 @@ pub(crate) fn trace<'py>(
         Made::with_gaps(py, fates.collect::<Array1<u8>>()),
         Made::with_gaps(py, slopes),
     ))
+}
+
+/// The gradient of a number by `parameters`, from its derivatives `by_landings` (5, rays) by x, y, L, M, path of rays on
+/// the sensor; of rays with these `starts`, as `trace` takes them. Those of lost rays do not count.
+#[pyfunction]
+#[expect(
+    clippy::too_many_arguments,
+    reason = "its parameters are those of the Python function"
+)]
+pub(crate) fn trace_adjoint<'py>(
+    py: Python<'py>,
+    scene: &Scene,
+    arrays: ByPath<'py>,
+    channel: usize,
+    starts: Starts<'py>,
+    by_landings: Given<'py, f64, Ix2>,
+    parameters: Vec<String>,
+    threads: Option<usize>,
+) -> PyResult<Vec<f64>> {
+    let job = Job::new(py, (scene, &arrays, channel), &starts, &parameters)?;
+    let (given, rays) = (
+        by_landings.as_array().to_owned(),
+        job.starts.origins().len(),
+    );
+    if given.dim() != (5, rays) {
+        let message = format!("derivatives of shape {:?} for {rays} rays", given.dim());
+        return Err(PyValueError::new_err(message));
+    }
+    let follow_back = move |watch: &Watch| job.follow_back(&given, watch);
+    let gradient = run(py, threads, None, follow_back)?.map_err(|failure| error(py, failure))?;
+    match gradient.iter().all(|slope| slope.is_finite()) {
+        true => Ok(gradient),
+        false => Err(error(py, "a gradient that is not finite")),
+    }
 }
 
 /// The starts of all rays, on a first screen within these bounds.
@@ -188,13 +210,14 @@ fn refuse_turned(py: Python<'_>, system: &System, variations: &[Variation]) -> P
     }
 }
 
+/// Single rays whose derivatives are summed by one thread.
+const SINGLE_RAYS: usize = 256;
+
 /// Rays to follow.
 struct Job {
     system: System,
     variations: Vec<Variation>,
     starts: Launches,
-    /// Numbers of the parts at which rays are written down.
-    recorded: Vec<usize>,
 }
 
 /// How rays start; one entry may serve all.
@@ -241,16 +264,69 @@ impl Launches {
 }
 
 impl Job {
-    /// All rays, and their derivatives.
-    fn follow(&self, watch: &Watch) -> Result<(Tracks, Array3<f64>), Cancelled> {
+    /// Rays of a channel of a scene, which change with parameters.
+    fn new<'py>(
+        py: Python<'py>,
+        (scene, arrays, channel): (&Scene, &ByPath<'py>, usize),
+        starts: &Starts<'py>,
+        parameters: &[String],
+    ) -> PyResult<Self> {
+        scene.check(channel)?;
+        let (system, variations) = scene.with_arrays(py, arrays, |file, arrays| {
+            let system = build::system_with(file, arrays, channel)?;
+            Ok((system, variations(file, arrays, channel, parameters)?))
+        })?;
+        let bounds = system.screens.first().and_then(Screen::bounds);
+        let bounds = bounds.ok_or_else(|| error(py, "the first screen has no edge"))?;
+        refuse_turned(py, &system, &variations)?;
+        Ok(Self {
+            system,
+            variations,
+            starts: launches(starts, bounds)?,
+        })
+    }
+
+    /// All rays with what they meet at the `recorded` parts, and their derivatives.
+    fn follow(
+        &self,
+        recorded: &[usize],
+        watch: &Watch,
+    ) -> Result<(Tracks, Array3<f64>), Cancelled> {
         let origins = self.starts.origins();
         let pulse = || watch.pulse();
-        let tracks = SystemRays::new(&self.system).trace(origins, &self.recorded, &pulse)?;
+        let tracks = SystemRays::new(&self.system).trace(origins, recorded, &pulse)?;
         let slopes = match SystemDerivatives::new(&self.system, &self.variations) {
             Some(many) => many.derivatives(origins, &pulse)?,
             None => self.single_slopes(watch)?,
         };
         Ok((tracks, slopes))
+    }
+
+    /// The gradient of a number by the parameters, from its derivatives by the landings.
+    fn follow_back(&self, by_landings: &Array2<f64>, watch: &Watch) -> Result<Vec<f64>, Cancelled> {
+        if let Some(many) = SystemDerivatives::new(&self.system, &self.variations) {
+            let origins = self.starts.origins();
+            return many.gradient(origins, &by_landings.view(), &|| watch.pulse());
+        }
+        // Single rays, some at a time in the same order for any number of threads.
+        let sensitivity = RaySensitivity::new(&self.system, &self.variations);
+        let columns: Vec<_> = by_landings.axis_chunks_iter(Axis(1), SINGLE_RAYS).collect();
+        let sums = columns.into_par_iter().enumerate().map(|(chunk, columns)| {
+            Cancelled::check(watch.pulse())?;
+            let mut sums = vec![0.0; self.variations.len()];
+            for (i, weights) in columns.columns().into_iter().enumerate() {
+                let slopes = self.slopes(&sensitivity, chunk * SINGLE_RAYS + i);
+                for (sum, slopes) in sums.iter_mut().zip(slopes.into_iter().flatten()) {
+                    *sum += weights.iter().zip(slopes).map(|(w, s)| w * s).sum::<f64>();
+                }
+            }
+            Ok(sums)
+        });
+        let mut gradient = vec![0.0; self.variations.len()];
+        for sums in sums.collect::<Result<Vec<_>, _>>()? {
+            { gradient.iter_mut().zip(sums) }.for_each(|(total, sum)| *total += sum);
+        }
+        Ok(gradient)
     }
 
     /// Derivatives of the rays one by one.

@@ -2,6 +2,7 @@
 //!
 //! With a normal N of any length, g = N·N, a = d·N and the ratio r of the indices, the direction behind is d′ = r d + Γ N:
 //! Γ = (±√(g(1 − r²) + r²a²) − r a)/g behind an interface, with the sign of a, and −2a/g with r = 1 behind a mirror.
+//! `gradients_are_dot_products_with_derivatives` holds the adjoint.
 
 use fearless_simd::{Simd, SimdBase, SimdFloat, SimdMask, f64x8, mask64x8};
 
@@ -93,6 +94,32 @@ impl Bend {
         let kept = turned.scaled(ratio);
         kept.plus(at.normal.times(gamma))
             .plus(normal.times(bent.gamma))
+    }
+
+    /// Derivatives by the normal that a ray meets, and by its direction, from those by its direction behind.
+    #[inline(always)]
+    pub(crate) fn change_adjoint<S: Simd, C>(
+        self,
+        d: LaneVec3<S>,
+        at: &Meeting<S, C>,
+        bent: &Bent<S>,
+        behind: LaneVec3<S>,
+    ) -> [LaneVec3<S>; 2] {
+        let gamma = at.normal.dot(behind) / at.square;
+        let square = gamma * bent.gamma * -1.0;
+        let (ratio, along, square) = match self {
+            Bend::Pass => return [behind.scaled(0.0), behind],
+            Bend::Reflect => (1.0, gamma * -2.0, square),
+            Bend::Refract(ratio) => {
+                let (r2, root) = (ratio * ratio, gamma / bent.root);
+                let along = root * at.along * r2 - gamma * ratio;
+                (ratio, along, root * (0.5 * (1.0 - r2)) + square)
+            }
+        };
+        let normal = { behind.times(bent.gamma) }
+            .plus(d.times(along))
+            .plus(at.normal.times(square * 2.0));
+        [normal, behind.scaled(ratio).plus(at.normal.times(along))]
     }
 
     /// The change of the direction behind with the ratio of the indices; zero for what does not refract.

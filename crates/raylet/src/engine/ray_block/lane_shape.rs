@@ -40,7 +40,7 @@ pub(crate) trait LaneShape {
 
 /// How normals change along a shape.
 pub(crate) trait LaneBending<S: Simd> {
-    /// The change of the normal where the point moves along the shape.
+    /// The change of the normal where the point moves along the shape. It is a symmetric map, of second derivatives.
     fn normal_change(&self, moved: LaneVec3<S>) -> LaneVec3<S>;
 }
 

@@ -15,9 +15,10 @@
 //! | `block_step` | A block through one part |
 //! | `part_change` | How a part changes with a parameter of a system |
 //! | `parameter_tangents` | Derivatives of the rays of a block by parameters of a system |
+//! | `parameter_gradient` | Derivatives of a number by the parameters, from those by the rays: the way back |
 //! | [`ray_origins`] | Where and how many rays start |
 //! | [`system_rays`] | Rays through a whole system, with what they meet on the way |
-//! | [`system_derivatives`] | The same with derivatives by parameters of the system |
+//! | [`system_derivatives`] | The same with derivatives by parameters of the system, of rays or of a number |
 //! | `tangents` | Derivatives of the rays of a block by their starts |
 //! | `lane_complex` | Eight complex numbers |
 //! | `lane_beamlets` | Beamlets that the rays of a block carry |
@@ -36,6 +37,7 @@ pub(crate) mod lane_beamlets;
 pub(crate) mod lane_complex;
 pub(crate) mod lane_shape;
 pub(crate) mod lane_vec3;
+pub(crate) mod parameter_gradient;
 pub(crate) mod parameter_tangents;
 pub(crate) mod part_change;
 pub(crate) mod passage;

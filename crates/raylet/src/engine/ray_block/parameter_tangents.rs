@@ -60,9 +60,9 @@ impl<'a> ParameterTangents<'a> {
         }
     }
 
-    /// The changes of x, y, their unit directions along x and y, and the path of ray `i` with a parameter.
-    pub(crate) fn of(&self, parameter: usize, i: usize) -> [f64; 5] {
-        let (at, lane) = (i / LANES, i % LANES);
+    /// The changes of x, y, of the unit directions along x and y, and of the paths of all rays with a parameter.
+    pub(crate) fn of(&self, parameter: usize) -> [&Column; 5] {
+        const ZERO: Column = [[0.0; LANES]; PACKETS];
         let Tangent {
             begun,
             moved: [x, y, _],
@@ -70,8 +70,8 @@ impl<'a> ParameterTangents<'a> {
             longer,
         } = &self.tangents[parameter];
         match begun {
-            true => [x, y, p, q, longer].map(|column| column[at][lane]),
-            false => [0.0; 5],
+            true => [x, y, p, q, longer],
+            false => [&ZERO; 5],
         }
     }
 }

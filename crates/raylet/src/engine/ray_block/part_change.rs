@@ -1,13 +1,17 @@
 //! How a part of a system changes with a parameter, and what that does to eight rays which come to it as before.
+//!
+//! `gradients_are_dot_products_with_derivatives` holds the adjoint.
 
 use fearless_simd::{Simd, SimdBase, SimdFrom, f64x8};
 
 use crate::engine::ray_block::bend::Bend;
+use crate::engine::ray_block::block::Packet;
 use crate::engine::ray_block::block_step::LaneEncounter;
 use crate::engine::ray_block::lane_shape::LaneBending;
 use crate::engine::ray_block::lane_vec3::LaneVec3;
 use crate::engine::ray_block::passage::Passage;
 use crate::engine::ray_block::prepared_part::PreparedPart;
+use crate::engine::ray_block::tangents::PartDerivatives;
 use crate::math::lanes::{LANES, Lanes};
 use crate::optics::conic::Conic;
 use crate::optics::shape::Shape;
@@ -94,7 +98,6 @@ impl<'a> PartChange<'a> {
         shorter: f64x8<S>,
     ) -> Beginning<S> {
         let LaneEncounter {
-            before,
             bend,
             direction,
             meeting,
@@ -103,18 +106,7 @@ impl<'a> PartChange<'a> {
             ..
         } = *encounter;
         // How they come to it.
-        let zero = direction.scaled(0.0);
-        let [mut place, mut turned] = [zero, zero];
-        if let Some([below, above]) = &self.passages {
-            let change = |above: LaneVec3<S>, below: LaneVec3<S>| {
-                above.plus(below.scaled(-1.0)).scaled(self.rate)
-            };
-            place = change(above.points(before.position), below.points(before.position));
-            turned = change(
-                above.directions(before.direction),
-                below.directions(before.direction),
-            );
-        }
+        let [place, turned] = self.arriving(encounter.before);
 
         // Where they meet it: N·δp + δF = 0 on the shape F = 0, whose gradient is N.
         let (raised, tilted) = self.shape.change(meeting.hit, self.rate);
@@ -132,6 +124,53 @@ impl<'a> PartChange<'a> {
             longer: longer * index + meeting.length * self.index,
         }
     }
+
+    /// The derivatives by the parameter, from those by what happens to eight rays at the part and by their paths.
+    #[inline(always)]
+    pub(crate) fn begin_adjoint<S: Simd, C: LaneBending<S>>(
+        &self,
+        encounter: &LaneEncounter<S, C>,
+        by: &PartDerivatives<S>,
+        by_path: f64x8<S>,
+    ) -> f64x8<S> {
+        let LaneEncounter {
+            bend,
+            direction,
+            meeting,
+            bent,
+            ..
+        } = *encounter;
+        let (raised, tilted) = self.shape.change(meeting.hit, self.rate);
+        let mut sum = raised * by.raised + tilted.dot(by.normal);
+        if self.passages.is_some() {
+            let [place, turned] = self.arriving(encounter.before);
+            sum = sum + place.dot(by.place) + turned.dot(by.turned);
+        }
+        if self.ratio != 0.0 {
+            let by_ratio = bend.change_by_ratio(direction, meeting, bent);
+            sum = sum + by_ratio.dot(by.behind) * self.ratio;
+        }
+        sum + meeting.length * by_path * self.index
+    }
+
+    /// How places and directions of eight rays change on the axes of the part.
+    #[inline(always)]
+    fn arriving<S: Simd>(&self, ray: &Packet<S>) -> [LaneVec3<S>; 2] {
+        let (p, d) = (ray.position, ray.direction);
+        match &self.passages {
+            Some([below, above]) => [
+                between(below.points(p), above.points(p)).scaled(self.rate),
+                between(below.directions(d), above.directions(d)).scaled(self.rate),
+            ],
+            None => [p.scaled(0.0), p.scaled(0.0)],
+        }
+    }
+}
+
+/// From one point or direction to another.
+#[inline(always)]
+fn between<S: Simd>(one: LaneVec3<S>, other: LaneVec3<S>) -> LaneVec3<S> {
+    other.plus(one.scaled(-1.0))
 }
 
 /// A part becomes one of another kind.

@@ -1,4 +1,6 @@
 //! From the axes of one part to those of the next.
+//!
+//! `gradients_are_dot_products_with_derivatives` holds the adjoint.
 
 use fearless_simd::Simd;
 
@@ -51,6 +53,18 @@ impl Passage {
         match self {
             Passage::Shift(_) => d,
             Passage::Turn { rows, .. } => turned(rows, d),
+        }
+    }
+
+    /// Derivatives by directions, or by points, from those on the other axes.
+    #[inline(always)]
+    pub(crate) fn directions_adjoint<S: Simd>(&self, d: LaneVec3<S>) -> LaneVec3<S> {
+        match self {
+            Passage::Shift(_) => d,
+            Passage::Turn {
+                rows: [[xx, xy, xz], [yx, yy, yz], [zx, zy, zz]],
+                ..
+            } => turned(&[[*xx, *yx, *zx], [*xy, *yy, *zy], [*xz, *yz, *zz]], d),
         }
     }
 }

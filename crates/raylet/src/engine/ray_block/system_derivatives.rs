@@ -3,12 +3,15 @@
 //! They are those of [`RaySensitivity`](crate::engine::geometrical::system_trace::RaySensitivity), whose single rays serve systems
 //! with elements and curved screens.
 
+use std::ops::Range;
+
 use fearless_simd::dispatch;
-use ndarray::{Array3, ArrayViewMut3, Axis};
+use ndarray::{Array3, ArrayView2, ArrayViewMut3, Axis};
 use rayon::prelude::*;
 
 use crate::engine::progress::{Cancelled, Pulse};
 use crate::engine::ray_block::block::{BLOCK, RayBlock};
+use crate::engine::ray_block::parameter_gradient::ParameterGradient;
 use crate::engine::ray_block::parameter_tangents::ParameterTangents;
 use crate::engine::ray_block::part_change::PartChange;
 use crate::engine::ray_block::ray_origins::RayOrigins;
@@ -108,6 +111,87 @@ impl<'a> SystemDerivatives<'a> {
         }
     }
 
+    /// The gradient of a number by all parameters, from its derivatives `by_landings` (5, rays) by what [`Self::derivatives`] tells of
+    /// each ray. Those of lost rays do not count. Rays are traced twice, forwards and back; memory does not grow with them. Any
+    /// number of threads gives the same bits.
+    ///
+    /// # Errors
+    /// When the pulse breaks.
+    pub fn gradient(
+        &self,
+        origins: RayOrigins,
+        by_landings: &ArrayView2<f64>,
+        pulse: &Pulse,
+    ) -> Result<Vec<f64>, Cancelled> {
+        let row = ROW * BLOCK;
+        let pieces: Vec<usize> = (0..origins.len()).step_by(row).collect();
+        let sums = pieces.into_par_iter().map(|first| {
+            Cancelled::check(pulse())?;
+            let rays = first..origins.len().min(first + row);
+            Ok(self.follow_back(rays, origins, by_landings))
+        });
+        let mut gradient = vec![0.0; self.index_slopes.len()];
+        for sums in sums.collect::<Result<Vec<_>, _>>()? {
+            { gradient.iter_mut().zip(sums) }.for_each(|(total, sum)| *total += sum);
+        }
+        Ok(gradient)
+    }
+
+    /// That of some rays.
+    fn follow_back(
+        &self,
+        all: Range<usize>,
+        origins: RayOrigins,
+        by_landings: &ArrayView2<f64>,
+    ) -> Vec<f64> {
+        let rays = &self.rays;
+        // The block before each part, and behind the last.
+        let mut blocks = vec![RayBlock::empty(); rays.stations.len() + 1];
+        let mut gradient = ParameterGradient::new(self.index_slopes.len());
+        for start in all.clone().step_by(BLOCK) {
+            let group = [start, BLOCK.min(all.end - start)];
+            dispatch!(rays.level, simd => origins.launch(simd, rays.system, &mut blocks[0], group));
+            for (number, station) in rays.stations.iter().enumerate() {
+                let [before, behind] = &mut blocks[number..number + 2] else {
+                    continue;
+                };
+                behind.clone_from(before);
+                rays.visit(station, behind, &mut ());
+                behind.forget();
+            }
+            if let Some(landed) = blocks.last() {
+                self.land(landed, start, by_landings, &mut gradient);
+            }
+            let parts = rays.stations.iter().zip(&self.changes).zip(&mut blocks);
+            for ((station, changes), block) in parts.rev() {
+                gradient.come_to(changes);
+                rays.pass(station, block, &mut gradient);
+            }
+        }
+        gradient.sums()
+    }
+
+    /// The derivatives by the rays of a block on the sensor, of which the first has the number `first`.
+    fn land(
+        &self,
+        block: &RayBlock,
+        first: usize,
+        by_landings: &ArrayView2<f64>,
+        gradient: &mut ParameterGradient,
+    ) {
+        gradient.restart();
+        for i in (0..block.rays()).filter(|i| block.lost[*i].is_none()) {
+            let [x, y, p, q, path] = [0, 1, 2, 3, 4].map(|row| by_landings[[row, first + i]]);
+            // cosines = n·d
+            gradient.set(i, [x, y, self.index * p, self.index * q, path]);
+            let d = block.ray(i).direction;
+            let slopes = self.index_slopes.iter().enumerate();
+            for (parameter, slope) in slopes.filter(|(_, slope)| **slope != 0.0) {
+                gradient.add(parameter, slope * (p * d.x + q * d.y));
+            }
+        }
+    }
+
     /// Writes down the derivatives of the rays of a block, from the `start`-th of the piece on.
     fn write(
         &self,
@@ -116,19 +200,19 @@ impl<'a> SystemDerivatives<'a> {
         [start, count]: [usize; 2],
         piece: &mut ArrayViewMut3<f64>,
     ) {
-        for (parameter, (mut rows, slope)) in { piece.outer_iter_mut() }
-            .zip(&self.index_slopes)
-            .enumerate()
-        {
-            for i in 0..count {
-                let [x, y, p, q, path] = tangents.of(parameter, i);
-                let d = block.ray(i).direction;
-                // cosines = n·d
-                let cosines = [self.index * p + slope * d.x, self.index * q + slope * d.y];
-                let found = [x, y, cosines[0], cosines[1], path];
-                let lost = block.lost[i].is_some();
-                for (value, found) in rows.column_mut(start + i).iter_mut().zip(found) {
-                    *value = if lost { f64::NAN } else { found };
+        let direction = [0, 1].map(|axis| block.direction[axis].as_flattened());
+        let parameters = piece.outer_iter_mut().zip(&self.index_slopes);
+        for (parameter, (mut rows, slope)) in parameters.enumerate() {
+            let columns = { rows.outer_iter_mut() }.zip(tangents.of(parameter));
+            for (row, (mut values, column)) in columns.enumerate() {
+                let column = column.as_flattened();
+                for (i, value) in values.iter_mut().skip(start).take(count).enumerate() {
+                    *value = match row {
+                        _ if block.lost[i].is_some() => f64::NAN,
+                        // cosines = n·d
+                        2 | 3 => self.index * column[i] + slope * direction[row - 2][i],
+                        _ => column[i],
+                    };
                 }
             }
         }

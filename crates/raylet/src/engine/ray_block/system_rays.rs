@@ -168,8 +168,8 @@ impl<'a> SystemRays<'a> {
         }
     }
 
-    /// Takes a block to a part and through it.
-    pub(crate) fn visit(
+    /// Takes a block to a part and through its surface; nothing happens at the first screen.
+    pub(crate) fn pass(
         &self,
         station: &Station,
         block: &mut RayBlock,
@@ -178,6 +178,16 @@ impl<'a> SystemRays<'a> {
         if let Some(part) = &station.part {
             dispatch!(self.level, simd => step(simd, block, part, companion));
         }
+    }
+
+    /// Takes a block to a part and through it.
+    pub(crate) fn visit(
+        &self,
+        station: &Station,
+        block: &mut RayBlock,
+        companion: &mut impl LaneCompanion,
+    ) {
+        self.pass(station, block, companion);
         let Some(screen) = station.screen else {
             return;
         };

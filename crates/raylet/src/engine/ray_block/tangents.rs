@@ -1,4 +1,6 @@
 //! Derivatives of the rays of a block by where and along which cosines they start.
+//!
+//! `gradients_are_dot_products_with_derivatives` holds the adjoint.
 
 use fearless_simd::{Simd, SimdBase, f64x8};
 
@@ -105,4 +107,54 @@ pub(crate) fn carry_tangent<S: Simd, C: LaneBending<S>>(
     store(moved, at, along);
     store(turned, at, behind);
     longer
+}
+
+/// Derivatives by what happens to eight rays at a part, on its axes.
+pub(crate) struct PartDerivatives<S: Simd> {
+    /// By the places from which they come.
+    pub place: LaneVec3<S>,
+    /// By the directions in which they come.
+    pub turned: LaneVec3<S>,
+    /// By F of the shape F = 0, whose gradient is the normal.
+    pub raised: f64x8<S>,
+    /// By the normal.
+    pub normal: LaneVec3<S>,
+    /// By the directions behind it.
+    pub behind: LaneVec3<S>,
+}
+
+/// Carries derivatives by the positions and directions of eight rays, the `at`-th of a block, back through a part;
+/// `shorter` is −1/(N·d), and `longer` the derivatives by the lengths of their ways to it.
+#[inline(always)]
+pub(crate) fn carry_tangent_adjoint<S: Simd, C: LaneBending<S>>(
+    at: usize,
+    encounter: &LaneEncounter<S, C>,
+    shorter: f64x8<S>,
+    [moved, turned]: [&mut [Column; 3]; 2],
+    longer: f64x8<S>,
+) -> PartDerivatives<S> {
+    let LaneEncounter {
+        passage,
+        bend,
+        direction,
+        meeting,
+        bent,
+        ..
+    } = *encounter;
+    let simd = direction.x.simd;
+    let (along, behind) = (load(simd, moved, at), load(simd, turned, at));
+    let [normal, before] = bend.change_adjoint(direction, meeting, bent, behind);
+    let along = along.plus(meeting.bending.normal_change(normal));
+    let raised = (longer + direction.dot(along)) * shorter;
+    let beside = along.plus(meeting.normal.times(raised));
+    let before = before.plus(beside.times(meeting.length));
+    store(moved, at, passage.directions_adjoint(beside));
+    store(turned, at, passage.directions_adjoint(before));
+    PartDerivatives {
+        place: beside,
+        turned: before,
+        raised,
+        normal,
+        behind,
+    }
 }
