@@ -113,19 +113,24 @@ class Rays:
         """
         paths = [parameters] if isinstance(parameters, str) else list(parameters)
         rows = {"x": x, "y": y, "L": L, "M": M, "opl_mm": opl_mm}
-        by_landings = np.zeros((5, self.fate.size))
-        for row, (name, value) in zip(by_landings, rows.items()):
-            given = real(name, value)
-            if given.shape not in ((), (self.fate.size,)):
-                raise ValueError(f"{name} has shape {given.shape}, expected ({self.fate.size},), or one number")
-            row[:] = given
-            if not np.isfinite(row[self.arrived]).all():
-                raise ValueError(f"{name} holds numbers that are not finite, of rays that arrived")
+        by_landings = [self._by_rays(name, value) for name, value in rows.items()]
         system, channel = self._start.system, self._start.channel
         scene, arrays, starts = system._compiled(), system._arrays, self._start.starts
         threads = self._start.threads
         found = _raylet.trace_adjoint(scene, arrays, channel, starts, by_landings, paths, threads)
         return np.array(found, dtype=np.float64)
+
+    def _by_rays(self, name: str, value: Any) -> Real | None:
+        """Derivatives by each ray; None for zero."""
+        given, shape = real(name, value), self.fate.shape
+        if given.shape not in ((), shape):
+            raise ValueError(f"{name} has shape {given.shape}, expected {shape}, or one number")
+        if given.ndim == 0 and given == 0.0:
+            return None
+        each = np.broadcast_to(given, shape)
+        if not np.isfinite(each).all() and not np.isfinite(each[self.arrived]).all():
+            raise ValueError(f"{name} holds numbers that are not finite for rays that arrived")
+        return each
 
     @described
     def __repr__(self) -> str:

@@ -1,6 +1,6 @@
 //! Single rays through a system.
 
-use ndarray::{Array1, Array2, Array3, Axis};
+use ndarray::{Array1, Array3, ArrayView1, Axis};
 use numpy::{Ix1, Ix2, Ix3};
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
@@ -15,13 +15,14 @@ use raylet::file::model::variations::variations;
 use raylet::optics::ray::Loss;
 use raylet::optics::screen::{Screen, ScreenKind};
 use raylet::optics::system::System;
+use rayon::ThreadPool;
 use rayon::prelude::*;
 
 use crate::arrays::columns;
 use crate::refusal::error;
 use crate::scene::Scene;
 use crate::typed::{ByPath, Given, Made};
-use crate::watch::{Watch, run};
+use crate::watch::{Watch, pool, run};
 
 type Answer<'py> = (
     Made<'py, f64, Ix3>,
@@ -94,16 +95,12 @@ pub(crate) fn trace<'py>(
     parameters: Vec<String>,
     threads: Option<usize>,
 ) -> PyResult<Answer<'py>> {
-    let job = Job::new(py, (scene, &arrays, channel), &starts, &parameters)?;
+    let job = Job::new(py, (scene, &arrays, channel), &starts, &parameters, threads)?;
     let follow = move |watch: &Watch| job.follow(&recorded, watch);
     let found = run(py, threads, None, follow)?;
     let (tracks, slopes) = found.map_err(|failure| error(py, failure))?;
-    if !arrived_are_finite(&tracks) {
-        return Err(error(
-            py,
-            "a ray that arrives at places that are not finite",
-        ));
-    }
+    let tracks =
+        tracks.ok_or_else(|| error(py, "a ray that arrives at places that are not finite"))?;
     let fates = tracks.lost.iter().map(|lost| lost.map_or(0, fate));
     Ok((
         Made::with_gaps(py, tracks.points),
@@ -114,8 +111,9 @@ pub(crate) fn trace<'py>(
     ))
 }
 
-/// The gradient of a number by `parameters`, from its derivatives `by_landings` (5, rays) by x, y, L, M, path of rays on
-/// the sensor; of rays with these `starts`, as `trace` takes them. Those of lost rays do not count.
+/// The gradient of a number by `parameters`, from its derivatives `by_landings` by x, y, L, M, path of rays on the
+/// sensor: five arrays (rays), or None for zero. The rays have these `starts`, as `trace` takes them. Derivatives by lost
+/// rays do not count.
 #[pyfunction]
 #[expect(
     clippy::too_many_arguments,
@@ -127,20 +125,21 @@ pub(crate) fn trace_adjoint<'py>(
     arrays: ByPath<'py>,
     channel: usize,
     starts: Starts<'py>,
-    by_landings: Given<'py, f64, Ix2>,
+    by_landings: [Option<Given<'py, f64, Ix1>>; 5],
     parameters: Vec<String>,
     threads: Option<usize>,
 ) -> PyResult<Vec<f64>> {
-    let job = Job::new(py, (scene, &arrays, channel), &starts, &parameters)?;
-    let (given, rays) = (
-        by_landings.as_array().to_owned(),
-        job.starts.origins().len(),
-    );
-    if given.dim() != (5, rays) {
-        let message = format!("derivatives of shape {:?} for {rays} rays", given.dim());
-        return Err(PyValueError::new_err(message));
+    let job = Job::new(py, (scene, &arrays, channel), &starts, &parameters, threads)?;
+    let rays = job.starts.origins().len();
+    for given in by_landings.iter().flatten() {
+        if given.as_array().len() != rays {
+            let found = given.as_array().len();
+            let message = format!("derivatives by {found} rays, expected by {rays}");
+            return Err(PyValueError::new_err(message));
+        }
     }
-    let follow_back = move |watch: &Watch| job.follow_back(&given, watch);
+    let columns = by_landings.map(|given| given.map(|given| given.as_array().to_vec()));
+    let follow_back = move |watch: &Watch| job.follow_back(&columns, watch);
     let gradient = run(py, threads, None, follow_back)?.map_err(|failure| error(py, failure))?;
     match gradient.iter().all(|slope| slope.is_finite()) {
         true => Ok(gradient),
@@ -148,20 +147,22 @@ pub(crate) fn trace_adjoint<'py>(
     }
 }
 
-/// The starts of all rays, on a first screen within these bounds.
-fn launches(starts: &Starts<'_>, [x0, x1, y0, y1]: [f64; 4]) -> PyResult<Launches> {
+/// The starts of all rays, on a first screen within these bounds; threads of a pool read them.
+fn launches(
+    py: Python<'_>,
+    starts: &Starts<'_>,
+    [x0, x1, y0, y1]: [f64; 4],
+    pool: &ThreadPool,
+) -> PyResult<Launches> {
     let far = |number: &f64, most: f64| number.is_nan() || number.abs() > most;
     let (launches, is_far) = match starts {
         Starts::Pupil(PupilStarts { x, y, light }) => {
             let light = columns::<f64, 3>("light", light)?;
-            let [x, y] = [(x, [x0, x1]), (y, [y0, y1])].map(|(places, [low, high])| {
-                let places = places.as_array();
-                let is_far = places.iter().any(|u| far(u, WIDEST));
-                let at = |u: &f64| 0.5 * (low + high + u * (high - low));
-                (places.iter().map(at).collect::<Vec<f64>>(), is_far)
-            });
-            let is_far = x.1 || y.1;
-            (Launches::Lit([x.0, y.0], light), is_far)
+            let (x, y) = (x.as_array(), y.as_array());
+            let [x, y] = py.detach(|| pool.install(|| [placed(x, [x0, x1]), placed(y, [y0, y1])]));
+            let is_far = x.is_none() || y.is_none();
+            let places = [x, y].map(Option::unwrap_or_default);
+            (Launches::Lit(places, light), is_far)
         }
         Starts::Free(FreeStarts { start_mm, cosines }) => {
             let points = columns::<f64, 3>("start_mm", start_mm)?;
@@ -186,6 +187,25 @@ fn launches(starts: &Starts<'_>, [x0, x1, y0, y1]: [f64; 4]) -> PyResult<Launche
     }
     launches.checked()
 }
+
+/// Places between bounds in mm from those between −1 and 1; nothing where one is too far.
+fn placed(places: ArrayView1<f64>, [low, high]: [f64; 2]) -> Option<Vec<f64>> {
+    let mut found = vec![0.0; places.len()];
+    let pieces = { found.chunks_mut(PLACES) }.zip(places.axis_chunks_iter(Axis(0), PLACES));
+    let pieces: Vec<_> = pieces.collect();
+    let all = pieces.into_par_iter().all(|(found, places)| {
+        let mut widest = 0.0f64;
+        for (found, u) in found.iter_mut().zip(places) {
+            widest = widest.max(u.abs());
+            *found = 0.5 * (low + high + u * (high - low));
+        }
+        widest <= WIDEST && found.iter().all(|place| !place.is_nan())
+    });
+    all.then_some(found)
+}
+
+/// Places that one thread takes in a row.
+const PLACES: usize = 1 << 16;
 
 /// The farthest place of a ray in the pupil, in half widths of the aperture.
 const WIDEST: f64 = 1e6;
@@ -270,6 +290,7 @@ impl Job {
         (scene, arrays, channel): (&Scene, &ByPath<'py>, usize),
         starts: &Starts<'py>,
         parameters: &[String],
+        threads: Option<usize>,
     ) -> PyResult<Self> {
         scene.check(channel)?;
         let (system, variations) = scene.with_arrays(py, arrays, |file, arrays| {
@@ -282,16 +303,17 @@ impl Job {
         Ok(Self {
             system,
             variations,
-            starts: launches(starts, bounds)?,
+            starts: launches(py, starts, bounds, &*pool(threads)?)?,
         })
     }
 
-    /// All rays with what they meet at the `recorded` parts, and their derivatives.
+    /// All rays with what they meet at the `recorded` parts, and their derivatives; no rays where some that arrive have places
+    /// that are not finite.
     fn follow(
         &self,
         recorded: &[usize],
         watch: &Watch,
-    ) -> Result<(Tracks, Array3<f64>), Cancelled> {
+    ) -> Result<(Option<Tracks>, Array3<f64>), Cancelled> {
         let origins = self.starts.origins();
         let pulse = || watch.pulse();
         let tracks = SystemRays::new(&self.system).trace(origins, recorded, &pulse)?;
@@ -299,25 +321,33 @@ impl Job {
             Some(many) => many.derivatives(origins, &pulse)?,
             None => self.single_slopes(watch)?,
         };
-        Ok((tracks, slopes))
+        Ok((arrived_are_finite(&tracks).then_some(tracks), slopes))
     }
 
     /// The gradient of a number by the parameters, from its derivatives by the landings.
-    fn follow_back(&self, by_landings: &Array2<f64>, watch: &Watch) -> Result<Vec<f64>, Cancelled> {
+    fn follow_back(
+        &self,
+        by_landings: &[Option<Vec<f64>>; 5],
+        watch: &Watch,
+    ) -> Result<Vec<f64>, Cancelled> {
+        let (origins, by_landings) = (self.starts.origins(), by_landings.each_ref());
+        let by_landings = by_landings.map(|column| column.as_deref());
         if let Some(many) = SystemDerivatives::new(&self.system, &self.variations) {
-            let origins = self.starts.origins();
-            return many.gradient(origins, &by_landings.view(), &|| watch.pulse());
+            return many.gradient(origins, &by_landings, &|| watch.pulse());
         }
         // Single rays, some at a time in the same order for any number of threads.
         let sensitivity = RaySensitivity::new(&self.system, &self.variations);
-        let columns: Vec<_> = by_landings.axis_chunks_iter(Axis(1), SINGLE_RAYS).collect();
-        let sums = columns.into_par_iter().enumerate().map(|(chunk, columns)| {
+        let firsts: Vec<usize> = (0..origins.len()).step_by(SINGLE_RAYS).collect();
+        let sums = firsts.into_par_iter().map(|first| {
             Cancelled::check(watch.pulse())?;
             let mut sums = vec![0.0; self.variations.len()];
-            for (i, weights) in columns.columns().into_iter().enumerate() {
-                let slopes = self.slopes(&sensitivity, chunk * SINGLE_RAYS + i);
-                for (sum, slopes) in sums.iter_mut().zip(slopes.into_iter().flatten()) {
-                    *sum += weights.iter().zip(slopes).map(|(w, s)| w * s).sum::<f64>();
+            for ray in first..origins.len().min(first + SINGLE_RAYS) {
+                let slopes = self.slopes(&sensitivity, ray).into_iter().flatten();
+                for (sum, slopes) in sums.iter_mut().zip(slopes) {
+                    let columns = by_landings.iter().zip(slopes);
+                    let products =
+                        columns.filter_map(|(by, slope)| Some(by.as_ref()?.get(ray)? * slope));
+                    *sum += products.sum::<f64>();
                 }
             }
             Ok(sums)
@@ -362,10 +392,10 @@ impl Job {
 fn arrived_are_finite(tracks: &Tracks) -> bool {
     let numbers = [&tracks.points, &tracks.directions];
     let rows = { numbers.iter() }.flat_map(|all| all.rows());
-    let mut rows = rows.chain(tracks.paths.rows());
-    rows.all(|row| {
+    let rows: Vec<_> = rows.chain(tracks.paths.rows()).collect();
+    rows.into_par_iter().all(|row| {
         let mut numbers = row.iter().zip(&tracks.lost);
-        numbers.all(|(number, lost)| lost.is_some() || number.is_finite())
+        numbers.all(|(number, lost)| number.is_finite() || lost.is_some())
     })
 }
 

@@ -148,7 +148,7 @@ impl<'a> PartChange<'a> {
         }
         if self.ratio != 0.0 {
             let by_ratio = bend.change_by_ratio(direction, meeting, bent);
-            sum = sum + by_ratio.dot(by.behind) * self.ratio;
+            sum += by_ratio.dot(by.behind) * self.ratio;
         }
         sum + meeting.length * by_path * self.index
     }

@@ -6,7 +6,7 @@
 use std::ops::Range;
 
 use fearless_simd::dispatch;
-use ndarray::{Array3, ArrayView2, ArrayViewMut3, Axis};
+use ndarray::{Array3, ArrayViewMut3, Axis};
 use rayon::prelude::*;
 
 use crate::engine::progress::{Cancelled, Pulse};
@@ -19,6 +19,9 @@ use crate::engine::ray_block::system_rays::{ROW, SystemRays};
 use crate::engine::trace::ray_sensitivity::Variation;
 use crate::optics::screen::{Screen, ScreenKind};
 use crate::optics::system::System;
+
+/// Derivatives of a number by the x and y (mm) of rays on the sensor, their optical cosines along x and y, and their paths (mm).
+pub type ByLandings<'a> = [Option<&'a [f64]>; 5];
 
 /// A system whose rays change with parameters.
 pub struct SystemDerivatives<'a> {
@@ -111,8 +114,8 @@ impl<'a> SystemDerivatives<'a> {
         }
     }
 
-    /// The gradient of a number by all parameters, from its derivatives `by_landings` (5, rays) by what [`Self::derivatives`] tells of
-    /// each ray. Those of lost rays do not count. Rays are traced twice, forwards and back; memory does not grow with them. Any
+    /// The gradient of a number by all parameters, from its derivatives by the x, y, cosines and path of each ray that
+    /// [`Self::derivatives`] tells of; zero where there are none. Those of lost rays do not count. Rays are traced twice, forwards and back; memory does not grow with them. Any
     /// number of threads gives the same bits.
     ///
     /// # Errors
@@ -120,7 +123,7 @@ impl<'a> SystemDerivatives<'a> {
     pub fn gradient(
         &self,
         origins: RayOrigins,
-        by_landings: &ArrayView2<f64>,
+        by_landings: &ByLandings,
         pulse: &Pulse,
     ) -> Result<Vec<f64>, Cancelled> {
         let row = ROW * BLOCK;
@@ -142,7 +145,7 @@ impl<'a> SystemDerivatives<'a> {
         &self,
         all: Range<usize>,
         origins: RayOrigins,
-        by_landings: &ArrayView2<f64>,
+        by_landings: &ByLandings,
     ) -> Vec<f64> {
         let rays = &self.rays;
         // The block before each part, and behind the last.
@@ -176,12 +179,13 @@ impl<'a> SystemDerivatives<'a> {
         &self,
         block: &RayBlock,
         first: usize,
-        by_landings: &ArrayView2<f64>,
+        by_landings: &ByLandings,
         gradient: &mut ParameterGradient,
     ) {
         gradient.restart();
         for i in (0..block.rays()).filter(|i| block.lost[*i].is_none()) {
-            let [x, y, p, q, path] = [0, 1, 2, 3, 4].map(|row| by_landings[[row, first + i]]);
+            let of = |column: &Option<&[f64]>| column.map_or(0.0, |column| column[first + i]);
+            let [x, y, p, q, path] = by_landings.each_ref().map(of);
             // cosines = n·d
             gradient.set(i, [x, y, self.index * p, self.index * q, path]);
             let d = block.ray(i).direction;
