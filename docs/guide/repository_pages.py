@@ -25,7 +25,13 @@ PAGES = [
     "docs/rays.md",
     "GLOSSARY.md",
 ]
-PICTURES = ["docs/aperture_scaling.png", "docs/exact_fields.png", "docs/estimators.png", "docs/hybrid_lens.png"]
+PICTURES = [
+    "docs/aperture_scaling.png",
+    "docs/exact_fields.png",
+    "docs/estimators.png",
+    "docs/hybrid_lens.png",
+    "docs/performance.png",
+]
 
 LINK = re.compile(r"\]\(((?!https?:)[^)#\s]+)(#[^)\s]*)?\)")
 

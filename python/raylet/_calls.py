@@ -142,6 +142,15 @@ def listed(value: Any) -> Any:
     return list(value) if isinstance(value, Iterable) and not isinstance(value, (str, bytes)) else value
 
 
+def parameter_paths(call: str, name: str, paths: Any) -> list[str]:
+    """A list of paths in the scene, from a list or a single one."""
+    if isinstance(paths, str):
+        return [paths]
+    if not isinstance(paths, (list, tuple)) or not all(isinstance(path, str) for path in paths):
+        raise TypeError(f"{call}: {name} is {shown(paths)}, expected a list of paths such as 'element[0].radius_mm'")
+    return list(paths)
+
+
 def public_call(function: Callable[Parameters, Answer]) -> Callable[Parameters, Answer]:
     """A public function that refuses unknown arguments by its own name."""
     return _called(f"raylet.{function.__name__}", function)
@@ -201,7 +210,7 @@ def _called(name: str, function: Callable[Parameters, Answer]) -> Callable[Param
             raise
         except RayletError as error:
             if not error.call:
-                _told_of_system(error, name, args[0] if args else None, given)
+                told_of_system(error, name, args[0] if args else None, given)
             raise
 
     return called
@@ -216,7 +225,7 @@ def _misfit(call: str, signature: inspect.Signature, given: Mapping[str, Any], e
     return TypeError(f"{call}: {error}\nIts arguments: {', '.join(known) or 'none'}")
 
 
-def _told_of_system(error: RayletError, running: str, system: Any, given: Mapping[str, Any]) -> None:
+def told_of_system(error: RayletError, running: str, system: Any, given: Mapping[str, Any]) -> None:
     """Says which call gave a system that has been built in Python what a run refuses: the call, the element, the
     argument."""
     document = getattr(system, "_document", None)

@@ -5,7 +5,7 @@ The extension module. Its words are those of the library; the package around it 
 from os import PathLike
 from typing import Any, Final, SupportsFloat, SupportsIndex, final
 
-from _typeshed import Incomplete, SupportsGetItem
+from _typeshed import Incomplete, SupportsGetItem, SupportsLenAndGetItem
 from numpy import complex128, float64, int64, uint8
 from numpy.typing import NDArray
 
@@ -41,6 +41,7 @@ __all__ = [
     "sensor_panels",
     "simulate",
     "trace",
+    "trace_adjoint",
     "unit_factor",
     "write_beam",
     "write_files",
@@ -380,6 +381,21 @@ def trace(
     Returns points (3, parts, rays) in mm, directions behind (3, parts, rays) and optical paths (parts, rays) in mm, at
     the `recorded` parts; fates (rays; 0 arrived, else the number of the loss); and derivatives (parameters, 5, rays) of
     x, y, L, M, path on the sensor. What a lost ray did not reach is NaN.
+    """
+
+def trace_adjoint(
+    scene: Scene,
+    arrays: dict[str, NDArray[Any]],
+    channel: SupportsIndex,
+    starts: Incomplete,
+    by_landings: SupportsLenAndGetItem[NDArray[float64] | None],
+    parameters: SupportsGetItem[int, str],
+    threads: SupportsIndex | None,
+) -> list[float]:
+    """
+    The gradient of a number by `parameters`, from its derivatives `by_landings` by x, y, L, M, path of rays on the
+    sensor: five arrays (rays), or None for zero. The rays have these `starts`, as `trace` takes them. Derivatives by
+    lost rays do not count.
     """
 
 def unit_factor(unit: str, key: str) -> float | None:

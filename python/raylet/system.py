@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from raylet import _raylet
 from raylet._arrays import number, real, thread_count
-from raylet._calls import public_calls
+from raylet._calls import parameter_paths, public_calls
 from raylet._document import put_in, without_none
 from raylet._refusal import MOST_WAVES, RayletError, cut, described, shown, type_name
 from raylet.design import Design, design, hologram
@@ -268,7 +268,7 @@ class System(Prescription):
         `parameters` are paths in the scene, such as "element[1].surface[0].radius_mm" (whose curvature then varies) or
         "element[0].thickness_mm". The settings are those of :meth:`simulate`.
         """
-        paths = _paths("linearised", "parameters", parameters)
+        paths = parameter_paths("System.linearised", "parameters", parameters)
         chosen = {"method": method, "target_error": target_error, "memory_limit_mb": memory_limit_mb}
         scene = self._compiled(seed, {key: value for key, value in chosen.items() if value is not None})
         return LinearisedSystem(self, elements, paths, thread_count(threads), scene)
@@ -308,7 +308,7 @@ class System(Prescription):
             radius by its curvature. Through surfaces, mirrors and stops only.
         threads : how many to use; all processors' by default. They change no bit.
         """
-        names = [derivatives] if isinstance(derivatives, str) else _paths("trace", "derivatives", derivatives)
+        names = parameter_paths("System.trace", "derivatives", derivatives)
         if start_mm is not None or cosines is not None:
             if start_mm is None or cosines is None:
                 raise TypeError("trace takes start_mm and cosines together, found one of them")
@@ -479,15 +479,6 @@ class System(Prescription):
             lines = str(error).splitlines() or [type(error).__name__]
             return f"{head}, {len(self._document['element'])} elements; not complete: {cut(lines[0])}>"
         return f"{head}>\n{_table(parts)}"
-
-
-def _paths(call: str, name: str, paths: Any) -> list[str]:
-    """A list of paths in the scene."""
-    if not isinstance(paths, (list, tuple)) or not all(isinstance(path, str) for path in paths):
-        raise TypeError(
-            f"System.{call}: {name} is {shown(paths)}, expected a list of paths such as 'element[0].radius_mm'"
-        )
-    return list(paths)
 
 
 def _shown_waves(waves: Sequence[Any]) -> str:

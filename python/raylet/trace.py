@@ -11,7 +11,8 @@ from numpy.typing import NDArray
 
 from raylet import _raylet
 from raylet._arrays import real
-from raylet._refusal import described, shown
+from raylet._calls import parameter_paths, told_of_system
+from raylet._refusal import RayletError, described, shown
 
 if TYPE_CHECKING:
     from raylet.system import System
@@ -81,10 +82,10 @@ class Rays:
         M: Any = 0.0,
         opl_mm: Any = 0.0,
     ) -> Real:
-        """The gradient of a real loss by parameters, from its derivatives by where rays land; what loss.backward() does.
+        """The gradient of a real loss by parameters of the system, from its derivatives by where these rays land.
 
-        Rays go there and back once for all parameters, and no memory grows with rays and surfaces. Through surfaces,
-        mirrors and stops only.
+        Rays go there and back once for all parameters, and are not kept at surfaces. Through surfaces, mirrors and
+        stops only.
 
         Parameters
         ----------
@@ -108,16 +109,19 @@ class Rays:
         >>> system = system.add_sensor(pixels=(8, 8), pitch_um=10.0)
         >>> rays = system.trace(Px=np.linspace(-1.0, 1.0, 11), parts=-1)
         >>> gradient = rays.adjoint("element[0].radius_mm", x=2.0 * rays.x[0] / 11, y=2.0 * rays.y[0] / 11)
-        >>> round(float(gradient[0]), 2)
-        0.0
+        >>> gradient.shape
+        (1,)
         """
-        paths = [parameters] if isinstance(parameters, str) else list(parameters)
+        paths = parameter_paths("Rays.adjoint", "parameters", parameters)
         rows = {"x": x, "y": y, "L": L, "M": M, "opl_mm": opl_mm}
         by_landings = [self._by_rays(name, value) for name, value in rows.items()]
-        system, channel = self._start.system, self._start.channel
-        scene, arrays, starts = system._compiled(), system._arrays, self._start.starts
-        threads = self._start.threads
-        found = _raylet.trace_adjoint(scene, arrays, channel, starts, by_landings, paths, threads)
+        start = self._start
+        scene, arrays = start.system._compiled(), start.system._arrays
+        try:
+            found = _raylet.trace_adjoint(scene, arrays, start.channel, start.starts, by_landings, paths, start.threads)
+        except RayletError as error:
+            told_of_system(error, "Rays.adjoint", start.system, {"parameters": paths})
+            raise
         return np.array(found, dtype=np.float64)
 
     def _by_rays(self, name: str, value: Any) -> Real | None:
@@ -207,9 +211,11 @@ def _followed(
     chosen = _numbers(names, parts)
     found = _raylet.trace(system._compiled(), system._arrays, channel, starts, chosen, list(parameters), threads)
     points, directions, paths, fate, slopes = found
+    x, y, z = points
+    L, M, N = directions
     recorded = [names[number] for number in chosen]
     start = RayStart(system._copy(), starts, channel, threads)
-    return Rays(recorded, *points, *directions, paths, fate, dict(zip(parameters, slopes)), start)
+    return Rays(recorded, x, y, z, L, M, N, paths, fate, dict(zip(parameters, slopes)), start)
 
 
 def _numbers(names: list[str], parts: Part | Sequence[Part] | None) -> list[int]:

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import pickle
+
 import numpy as np
 import pytest
 
@@ -84,6 +86,49 @@ def test_derivatives_match_differences() -> None:
         here = np.array([1 / 25.8, 5.3])
         slope = (landing(*(here + step)) - landing(*(here - step))) / (2 * sum(step))
         assert rays.derivatives[path] == pytest.approx(slope, rel=2e-7, abs=1e-7)
+
+
+@pytest.mark.parametrize("flat", [False, True])
+def test_gradients_of_a_loss_are_sums_of_derivatives(flat: bool) -> None:
+    """By many rays at once, and by single rays for the curvature of a plane; some rays are lost."""
+    system = raylet.System(wavelength_um=0.7)
+    system.add_surface(radius_mm=25.8, thickness_mm=5.3, glass=1.5, semi_aperture_mm=12.7)
+    system.add_surface(radius_mm=float("inf"), thickness_mm=46.5, semi_aperture_mm=12.7)
+    system.add_sensor(pixels=(8, 8), pitch_um=10.0)
+    paths = [f"element[{flat:d}].radius_mm", "element[0].thickness_mm"]
+    random = np.random.default_rng(5)
+    rays = system.trace(*random.uniform(-1.2, 1.2, (4, 700)), field_deg=3.0, derivatives=paths)
+    assert 100 < rays.arrived.sum() < 700
+    weights = random.normal(size=(5, 700))
+    weights[:, ~rays.arrived] = np.nan
+    gradient = rays.adjoint(paths, **dict(zip(("x", "y", "L", "M", "opl_mm"), weights)))
+    for path, found in zip(paths, gradient):
+        products = (weights * rays.derivatives[path])[:, rays.arrived]
+        assert found == pytest.approx(products.sum(), abs=1e-11 * np.abs(products).sum())
+    assert rays.adjoint(paths[1], opl_mm=1.0)[0] == pytest.approx(
+        rays.derivatives[paths[1]][4, rays.arrived].sum(), rel=1e-11
+    )
+    again = pickle.loads(pickle.dumps(rays)).adjoint(paths, x=weights[0])
+    assert np.array_equal(again, rays.adjoint(paths, x=weights[0]))
+
+
+def test_gradients_are_of_the_system_that_was_traced() -> None:
+    system = singlet()
+    rays = system.trace(Px=[0.1, 0.3])
+    before = rays.adjoint("element[0].radius_mm", x=[1.0, -1.0])
+    system._document["element"][0].update(radius_mm=40.0)
+    system._scene = None
+    assert np.array_equal(before, rays.adjoint("element[0].radius_mm", x=[1.0, -1.0]))
+
+
+def test_what_no_loss_has_is_refused() -> None:
+    rays = singlet().trace(Px=[0.1, 0.3])
+    with pytest.raises(ValueError, match=r"y has shape \(3,\), expected \(2,\), or one number"):
+        rays.adjoint("element[0].radius_mm", y=[1.0, 2.0, 3.0])
+    with pytest.raises(ValueError, match="L holds numbers that are not finite for rays that arrived"):
+        rays.adjoint("element[0].radius_mm", L=[1.0, np.nan])
+    with pytest.raises(raylet.RayletError, match=r"^Rays.adjoint: found 'element\[9\].radius_mm', expected the path"):
+        rays.adjoint("element[9].radius_mm", x=1.0)
 
 
 def test_fields_need_a_scale() -> None:

@@ -47,7 +47,7 @@ def step(name: str, run: Callable[[], T]) -> T:
 
 def page() -> str:
     """The whole page."""
-    versions = {name: version(name) for name in ("raylet", "optiland", "numpy", "torch", "finufft")}
+    versions = {name: version(name) for name in ("raylet", "optiland", "deeplens-core", "numpy", "torch", "finufft")}
     peak, bandwidth = machine.limits()
     rays = step("rays", lambda: list(ray_rates.rows()))
     gradients = step("gradients of rays", lambda: list(ray_gradients.rows()))
@@ -64,7 +64,7 @@ def page() -> str:
     found = Measured(
         loops=loops,
         rays={(row.lens, row.threads): row.rate for row in rays if row.program == "raylet"},
-        gradients=[ratio for ratio, _ in gradients],
+        gradients=[ratios for ratios, _ in gradients],
         sums=[ratio for ratio, _ in sums],
         draws=draws,
         passes=(
@@ -86,7 +86,7 @@ def page() -> str:
         *(target.markdown() for target in targets(found)),
         RAY_HEAD.format(**versions).rstrip(),
         *(row.markdown() for row in rays),
-        GRADIENT_HEAD.format(rays=ray_gradients.RAYS).rstrip(),
+        GRADIENT_HEAD.format(rays=ray_gradients.RAYS, **versions).rstrip(),
         *(row for _, row in gradients),
         LOOP_HEAD.rstrip(),
         *loop_rows,

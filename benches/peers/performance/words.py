@@ -17,8 +17,8 @@ What raylet aims at on two cores, and what was measured here. The tables below h
 """
 
 RAY_HEAD = """
-The ratio to DeepLens, the design of figure 6 and the full draws of the source paper's systems are not part of this
-command. Figure 6 and the systems are in [Studies of the source paper](paper.md).
+The design of figure 6 and the full draws of the source paper's systems are not part of this command; they are in
+[Studies of the source paper](paper.md).
 
 ## Rays from Python, beside other ray tracers
 
@@ -33,14 +33,15 @@ The row of NumPy is the formulas of a sphere and a plane in arrays, without edge
 """
 
 GRADIENT_HEAD = """
-## Rays with gradients by all curvatures, beside Optiland with PyTorch
+## Rays with gradients by all curvatures, beside Optiland and DeepLens
 
-The loss is the mean square of the distances of {rays:.0e} landings from the axis. raylet carries tangents with its
-rays, some rays at a time, so that its memory does not grow with them; it uses two threads. Optiland's memory stands
-also for each ray at each surface. "Off" is the relative difference of both gradients.
+The loss is the mean square of the distances of {rays:.0e} landings from the axis: `System.trace`, and `Rays.adjoint` of
+what it returns, on two threads. Its rays go there and back, some at a time, so that its memory does not grow with
+surfaces; Optiland {optiland} and DeepLens {deeplens-core} keep each ray at each surface for PyTorch. Rates are in
+millions of rays at surfaces each second. "Off" is the relative difference of a gradient from that of raylet.
 
-| lens | curvatures | raylet | memory | Optiland | memory | off | ratio |
-| --- | --- | --- | --- | --- | --- | --- | --- |
+| lens | curvatures | raylet | memory | Optiland | memory | off | ratio | DeepLens | memory | off | ratio |
+| --- | --- | --- | --- | --- | --- | --- | --- | --- | --- | --- | --- |
 """
 
 LOOP_HEAD = """

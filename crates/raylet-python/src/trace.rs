@@ -112,8 +112,8 @@ pub(crate) fn trace<'py>(
 }
 
 /// The gradient of a number by `parameters`, from its derivatives `by_landings` by x, y, L, M, path of rays on the
-/// sensor: five arrays (rays), or None for zero. The rays have these `starts`, as `trace` takes them. Derivatives by lost
-/// rays do not count.
+/// sensor: five arrays (rays), or None for zero. The rays have these `starts`, as `trace` takes them. Derivatives by
+/// lost rays do not count.
 #[pyfunction]
 #[expect(
     clippy::too_many_arguments,
