@@ -116,7 +116,8 @@ class Rays:
         rows = {"x": x, "y": y, "L": L, "M": M, "opl_mm": opl_mm}
         by_landings = [self._by_rays(name, value) for name, value in rows.items()]
         start = self._start
-        scene, arrays = start.system._compiled(), start.system._arrays
+        # A copy is compiled, so that rays can be pickled afterwards too.
+        scene, arrays = start.system._copy()._compiled(), start.system._arrays
         try:
             found = _raylet.trace_adjoint(scene, arrays, start.channel, start.starts, by_landings, paths, start.threads)
         except RayletError as error:

@@ -112,6 +112,15 @@ def test_gradients_of_a_loss_are_sums_of_derivatives(flat: bool) -> None:
     assert np.array_equal(again, rays.adjoint(paths, x=weights[0]))
 
 
+def test_threads_change_no_bit_of_a_gradient() -> None:
+    Px, Py = np.random.default_rng(5).uniform(-0.7, 0.7, (2, 9000))
+    found = [
+        singlet().trace(Px=Px, Py=Py, threads=threads).adjoint("element[0].radius_mm", x=Px, opl_mm=Py)
+        for threads in (1, 3)
+    ]
+    assert found[0] == found[1]
+
+
 def test_gradients_are_of_the_system_that_was_traced() -> None:
     system = singlet()
     rays = system.trace(Px=[0.1, 0.3])

@@ -2,17 +2,22 @@
 //!
 //! Rates are of what each benchmark counts as an item, said in its comment.
 
+use std::ops::ControlFlow;
+
 use divan::counter::ItemsCount;
 use divan::{Bencher, black_box};
 use raylet::engine::ray_block::hop_rays::{HopRays, LandingColumns};
+use raylet::engine::ray_block::ray_origins::RayOrigins;
+use raylet::engine::ray_block::system_rays::SystemRays;
 use raylet::math::complex::{Complex, Symmetric};
 use raylet::math::random;
 use raylet::optics::aperture::Aperture;
-use raylet::optics::screen::Screen;
+use raylet::optics::screen::{Screen, ScreenKind};
 use raylet::optics::shape::{Conic, Shape};
 use raylet::optics::surface::Surface;
 use raylet::optics::system::Hop;
-use raylet_testkit::parts::{self, conic, face, on_axis, sensor};
+use raylet_testkit::parts::{self, conic, face, lit, on_axis, sensor};
+use rayon::ThreadPoolBuilder;
 
 /// Rays of a round.
 const RAYS: u64 = 4096;
@@ -150,6 +155,36 @@ fn block_double_gauss(bencher: Bencher) {
         rays.trace_into(starts, &mut landings);
     });
     assert!(landings.lost.iter().all(Option::is_none));
+}
+
+/// The same lens as a whole system, from the pupil to rays on the sensor in arrays.
+#[divan::bench(max_time = 2)]
+fn system_double_gauss(bencher: Bencher) {
+    let train = double_gauss();
+    let surfaces = train.len() as u64 + 1;
+    let system = lit(
+        vec![
+            parts::screen(on_axis(0.0), ScreenKind::Stop(Aperture::disc(30.0))),
+            screen(140.0),
+        ],
+        vec![train],
+    );
+    let (rays, sensor) = (SystemRays::new(&system), [surfaces as usize]);
+    let columns = [0, 1].map(|axis| {
+        starts()
+            .iter()
+            .map(|[at, _]| at[axis])
+            .collect::<Vec<f64>>()
+    });
+    let origins = RayOrigins::Lit {
+        light: &[[0.0, 0.0, 1.0]],
+        at: [&columns[0], &columns[1]],
+    };
+    let pool = ThreadPoolBuilder::new().num_threads(1).build().unwrap();
+    bencher.counter(ItemsCount::new(RAYS * surfaces)).bench(|| {
+        let trace = || rays.trace(origins, &sensor, &|| ControlFlow::Continue(()));
+        pool.install(trace).is_ok()
+    });
 }
 
 /// Beamlets of one place through a sphere and a plane.

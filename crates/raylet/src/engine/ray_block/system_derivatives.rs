@@ -115,8 +115,8 @@ impl<'a> SystemDerivatives<'a> {
     }
 
     /// The gradient of a number by all parameters, from its derivatives by the x, y, cosines and path of each ray that
-    /// [`Self::derivatives`] tells of; zero where there are none. Those of lost rays do not count. Rays are traced twice, forwards and back; memory does not grow with them. Any
-    /// number of threads gives the same bits.
+    /// [`Self::derivatives`] tells of; zero where there are none. Those of lost rays do not count. Rays are traced there and back,
+    /// and memory does not grow with them. Any number of threads gives the same bits.
     ///
     /// # Errors
     /// When the pulse breaks.
