@@ -14,6 +14,7 @@ LOOPS = {
     "block": ("rays in blocks: sphere, plane, sensor; positions, cosines and paths in columns", "rays in blocks"),
     "block_asphere": ("the same with an asphere of three coefficients in place of the sphere", None),
     "block_double_gauss": ("the same through the eleven surfaces of a double Gauss lens", None),
+    "system_double_gauss": ("the same as a whole system, from the pupil to places and directions in arrays", None),
     "block_jacobian": (
         "rays in blocks with their 4 × 4 Jacobians: sphere, plane, sensor",
         "rays in blocks with Jacobians",
