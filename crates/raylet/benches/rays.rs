@@ -209,8 +209,7 @@ fn time_beamlets(bencher: Bencher, train: &[Surface]) {
         yy: q,
     };
     time_blocks(bencher, train, |rays, starts| {
-        let directions: Vec<[f64; 2]> = starts.iter().map(|[_, _, p, q]| [*p, *q]).collect();
-        rays.carry_beamlets([1.0, 2.0], start, &directions)
+        rays.carry_beamlets(start, starts)
     });
 }
 

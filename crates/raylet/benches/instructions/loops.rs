@@ -133,9 +133,8 @@ fn rays(name: &str, count: u32) -> std::io::Result<()> {
                 xy: zero,
                 yy: q,
             };
-            let directions: Vec<[f64; 2]> = starts.iter().map(|[_, _, p, q]| [*p, *q]).collect();
             between_marks(|| {
-                let found = rays.carry_beamlets([1.0, 2.0], start, &directions);
+                let found = rays.carry_beamlets(start, &starts);
                 found
                     .iter()
                     .flatten()

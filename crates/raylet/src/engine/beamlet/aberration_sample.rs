@@ -72,7 +72,11 @@ impl<'a> AberrationSamples<'a> {
                 None => return self.at(mode),
             }
         }
-        Some(Aberration { cubic, quartic })
+        Some(Aberration {
+            cubic,
+            quartic,
+            ..Aberration::default()
+        })
     }
 
     fn node(&mut self, mode: [usize; 2]) -> Option<Aberration> {

@@ -12,12 +12,15 @@ use crate::engine::trace::ray_trace::Landing;
 use crate::optics::system::Hop;
 
 /// Higher-order aberration inside one beamlet.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub(crate) struct Aberration {
     /// ε₃², the mean square cubic phase (rad²).
     pub cubic: f64,
     /// m₄, the mean quartic phase (rad).
     pub quartic: f64,
+    /// By how much the sum of a smooth wave's beamlets is too strong, in parts of the field; zero where each window has all
+    /// directions, whose departures cancel.
+    pub excess: Complex64,
 }
 
 /// Largest η that is corrected.
@@ -27,9 +30,14 @@ const CORRECTABLE: f64 = 0.15;
 const LEFT: f64 = 3.0;
 
 impl Aberration {
-    /// η of one beamlet: the modulus of what the correction changes, √((½ε₃²)² + (3m₄)²), at most 1.
+    /// η of one beamlet: the modulus of what the correction changes, at most 1; √((½ε₃²)² + (3m₄)²) without an excess.
     pub(crate) fn eta(&self) -> f64 {
-        (0.5 * self.cubic).hypot(3.0 * self.quartic).min(1.0)
+        self.change().norm().min(1.0)
+    }
+
+    /// The logarithm of the correction, ½ε₃² − 3i m₄ and what takes an excess away.
+    fn change(&self) -> Complex64 {
+        Complex64::new(0.5 * self.cubic, -3.0 * self.quartic) - self.excess
     }
 
     /// The same beamlet's aberration at a distance r from its ray, where its amplitude is exp(−r²/2) of the
@@ -39,6 +47,7 @@ impl Aberration {
         Self {
             cubic: self.cubic * (r.powi(6) / 24.0).max(1.0),
             quartic: self.quartic * (r.powi(4) / 6.0).max(1.0),
+            excess: self.excess,
         }
     }
 
@@ -51,7 +60,7 @@ impl Aberration {
         (LEFT * eta * (self.cubic.sqrt() + eta)).min(eta)
     }
 
-    /// The factor exp(½ε₃² − 3i m₄) for the beamlet's amplitude; one where the expansion does not hold.
+    /// The factor exp(½ε₃² − 3i m₄ − excess) for the beamlet's amplitude; one where the expansion does not hold.
     pub(crate) fn correction(&self) -> Complex64 {
         self.correction_up_to(CORRECTABLE)
     }
@@ -61,7 +70,7 @@ impl Aberration {
         if self.eta() > largest {
             return Complex64::ONE;
         }
-        Complex64::from_polar((0.5 * self.cubic).exp(), -3.0 * self.quartic)
+        self.change().exp()
     }
 }
 
@@ -143,6 +152,7 @@ pub(crate) fn aberration(
     Some(Aberration {
         cubic: 24.0 * k * k * cubic,
         quartic: 6.0 * k * quartic,
+        excess: Complex64::ZERO,
     })
 }
 

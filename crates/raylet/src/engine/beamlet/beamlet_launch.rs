@@ -1,6 +1,6 @@
 //! One beamlet from its place on a screen to its landing on the next.
 
-use crate::engine::ray_block::hop_rays::HopRays;
+use crate::engine::ray_block::hop_rays::{HopRays, RayStart};
 use crate::engine::trace::launch_plane::LaunchPlane;
 use crate::optics::ray::Loss;
 use crate::optics::system::Hop;
@@ -50,9 +50,11 @@ pub(crate) fn launch_beamlets_from(
     let turned: Vec<_> = { directions.iter() }
         .map(|p| launch_plane.cosines(*p))
         .collect();
-    let kept: Vec<[f64; 2]> = turned.iter().flatten().copied().collect();
-    let start = launch_plane.window(sigma, k);
-    let carried = HopRays::new(&hop).carry_beamlets(launch_plane.at(), start, &kept);
+    let [x, y] = launch_plane.at();
+    let kept: Vec<RayStart> = { turned.iter().flatten() }
+        .map(|[p, q]| [x, y, *p, *q])
+        .collect();
+    let carried = HopRays::new(&hop).carry_beamlets(launch_plane.window(sigma, k), &kept);
     let mut carried = carried.into_iter();
     let landed = |p: Result<[f64; 2], Loss>| {
         p?;

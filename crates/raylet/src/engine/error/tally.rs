@@ -107,6 +107,9 @@ pub struct Tally {
     pub unresolved_edges: f64,
     /// Energy that falls on the target beyond where the footprints of beamlets end.
     pub beyond_footprints: f64,
+    /// Modes below the threshold that were sampled, each for the same energy, and the sum of their shares that fall on the
+    /// target.
+    pub weak_sample: [f64; 2],
     /// The error of a free hop, measured at a few points, where a direct sum resolves it.
     pub spot_check: Option<f64>,
     /// Σ variance and Σ|U|² over the receiving screen, where rays were drawn at random.
@@ -218,6 +221,9 @@ impl Tally {
         self.untrusted += other.untrusted;
         self.unresolved_edges += other.unresolved_edges;
         self.beyond_footprints += other.beyond_footprints;
+        for (sum, part) in self.weak_sample.iter_mut().zip(other.weak_sample) {
+            *sum += part;
+        }
         self.aberration.merge(&other.aberration);
     }
 
@@ -273,11 +279,15 @@ impl Tally {
             .map(|[variance, square]| ratio(variance.max(0.0), square).sqrt())
     }
 
-    /// √ of the share of the energy in modes below the threshold, where the modes that are followed land beside the
-    /// target as often as the others would.
+    /// √ of the energy in modes below the threshold that falls on the target, as their sample tells, over that which the
+    /// others bring there. Without a sample they reach the target as often as the others.
     pub(crate) fn dropped_of_followed(&self) -> f64 {
-        let followed = self.total_energy();
-        ratio(self.energy[Fate::Weak.place()], followed).sqrt()
+        let weak = self.energy[Fate::Weak.place()];
+        let [sampled, landing] = self.weak_sample;
+        match sampled > 0.0 && self.aberration.energy > 0.0 {
+            true => ratio(weak * landing / sampled, self.aberration.energy).sqrt(),
+            false => ratio(weak, self.total_energy()).sqrt(),
+        }
     }
 
     /// √ of the share of the energy in modes below the threshold, of which so much shows in the field as a ratio of amplitudes,

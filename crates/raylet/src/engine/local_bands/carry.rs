@@ -6,9 +6,9 @@ use std::time::Instant;
 use ndarray::Array2;
 use num_complex::Complex64;
 
+use crate::engine::error::hop_statistics::HopStatistics;
 use crate::engine::local_bands::held_light::{ArrivingLight, HeldBeamlets};
 use crate::engine::local_bands::hop_changes::HopChanges;
-use crate::engine::local_bands::hop_statistics::HopStatistics;
 use crate::engine::local_bands::hop_step::{Back, Bars, HopStep, Work};
 use crate::engine::local_bands::local_band_error::LocalBandError;
 use crate::engine::local_bands::settings::{LocalBandPlan, LocalBandSettings};

@@ -20,13 +20,7 @@ pub(crate) struct ChirpedStart {
 }
 
 /// Displaced rays are traced at these parts of their distance.
-const NEARER: [f64; 3] = [1.0, 0.5, 0.25];
-
-/// Directions on a circle, 45° apart, that with their opposites average polynomials of degree six exactly.
-const CIRCLE: [[f64; 2]; 4] = {
-    let half = std::f64::consts::FRAC_1_SQRT_2;
-    [[1.0, 0.0], [0.0, 1.0], [half, half], [half, -half]]
-};
+pub(crate) const NEARER: [f64; 3] = [1.0, 0.5, 0.25];
 
 impl ChirpedStart {
     /// The beamlet of unit coefficient in the direction Δp beside the carrier, where it lands.
@@ -43,14 +37,16 @@ impl ChirpedStart {
     /// The same in many directions.
     pub(crate) fn launch_all(&self, hop: &Hop, dp: &[[f64; 2]]) -> Vec<Result<Arrival, Loss>> {
         let (k, Carrier { at, p, .. }) = (hop.wavenumber(), self.carrier);
-        let slopes = dp.iter().map(|dp| [p[0] + dp[0], p[1] + dp[1]]);
-        let carried = hop.carry_all_along(at, self.curvature(k), &slopes.collect::<Vec<_>>());
+        let starts = dp
+            .iter()
+            .map(|dp| [at[0], at[1], p[0] + dp[0], p[1] + dp[1]]);
+        let carried = hop.carry_all_along(self.curvature(k), &starts.collect::<Vec<_>>());
         let arrivals = carried.into_iter();
         arrivals.map(|one| one.map(|one| one.arrival(k))).collect()
     }
 
     /// The complex curvature with which beamlets start.
-    fn curvature(&self, k: f64) -> Symmetric<f64> {
+    pub(crate) fn curvature(&self, k: f64) -> Symmetric<f64> {
         let (width, [xx, xy, yy]) = (1.0 / (k * self.sigma * self.sigma), self.carrier.q);
         Symmetric {
             xx: Complex::new(xx, width),
@@ -71,24 +67,12 @@ impl ChirpedStart {
         Some(Aberration {
             cubic: 24.0 * k * k * cubic,
             quartic: 6.0 * k * quartic,
-        })
-    }
-
-    /// The same where a smooth wave has one beamlet in each window, whose Gaussians add up to one: only places differ,
-    /// by the width of the amplitude, ⟨r⁶⟩ = 48σ⁶ and ⟨r⁴⟩ = 8σ⁴.
-    pub(crate) fn wave_aberration(&self, hop: &Hop) -> Option<Aberration> {
-        let k = hop.wavenumber();
-        let displacements =
-            CIRCLE.map(|[x, y]| self.sheared([x * self.sigma, y * self.sigma], [0.0; 2]));
-        let [cubic, quartic] = self.mean_phases(hop, [0.0; 2], &displacements)?;
-        Some(Aberration {
-            cubic: 48.0 * k * k * cubic,
-            quartic: 8.0 * k * quartic,
+            ..Aberration::default()
         })
     }
 
     /// A displacement in place, with what the carrier and a displacement in direction add to it.
-    fn sheared(&self, u: [f64; 2], p: [f64; 2]) -> [f64; 4] {
+    pub(crate) fn sheared(&self, u: [f64; 2], p: [f64; 2]) -> [f64; 4] {
         let [xx, xy, yy] = self.carrier.q;
         [
             u[0],
@@ -142,7 +126,8 @@ impl ChirpedStart {
 #[cfg(test)]
 mod tests {
     use crate::engine::local_bands::chirped_beamlet::ChirpedStart;
-    use crate::fixtures::parts::{conic, face, on_axis, open_screen, screen, sensor};
+    use crate::engine::local_bands::source_aberration::source_aberration;
+    use crate::fixtures::parts::{conic, face, on_axis, open_screen, plane_wave, screen, sensor};
     use crate::optics::aperture::Aperture;
     use crate::optics::surface::Surface;
     use crate::optics::system::Hop;
@@ -161,7 +146,7 @@ mod tests {
                 open_screen(on_axis(0.0)),
                 screen(on_axis(20.0), sensor(8, 0.01)),
             );
-            to.arrives *= 1.5;
+            to.index = 1.5;
             let hop = Hop {
                 wavelength: 0.5e-3,
                 from: &from,
@@ -179,7 +164,7 @@ mod tests {
             };
             [
                 start.aberration(&hop, [0.0; 2]),
-                start.wave_aberration(&hop),
+                source_aberration(&start, &hop, &plane_wave([0.0; 2])),
             ]
         };
         let (open, cut) = (found(5.0), found(2.92));

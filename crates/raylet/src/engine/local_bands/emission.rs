@@ -6,10 +6,10 @@ use std::f64::consts::PI;
 use ndarray::Array2;
 use num_complex::Complex64;
 
+use crate::engine::error::hop_statistics::HopStatistics;
 use crate::engine::error::tally::Fate;
 use crate::engine::local_bands::chirped_beamlet::ChirpedStart;
 use crate::engine::local_bands::hop_changes::{HopChanges, SentBeamlet};
-use crate::engine::local_bands::hop_statistics::HopStatistics;
 use crate::engine::local_bands::target::TargetRegion;
 use crate::math::erfc::erfc;
 use crate::optics::aperture::Aperture;
@@ -31,6 +31,9 @@ const BESIDE_EDGE: f64 = 3.0;
 /// Plane waves of an edge alone are left out where they are weaker than this share of what others are: each is weak, and together
 /// they are one wave.
 pub(crate) const WEAKER_OF_EDGE: f64 = 0.3;
+
+/// Of the plane waves that are left out one is traced for so many times the energy of the weakest one that is followed.
+const WEAK_SAMPLE: f64 = 4.0;
 
 /// What all windows of a hop share when they send their beamlets.
 #[derive(Clone, Copy)]
@@ -56,6 +59,8 @@ pub(crate) struct Emitted {
     pub arrivals: Vec<Arrival>,
     /// The statistics.
     pub statistics: HopStatistics,
+    /// Energy of plane waves that were left out since the last one of them was sampled, in parts of what a sample stands for.
+    unsampled: f64,
 }
 
 /// Plane waves of a window, and where they go.
@@ -104,9 +109,35 @@ impl Emission<'_> {
     pub(crate) fn send(&self, waves: &WindowWaves, out: &mut Emitted) {
         let kept = self.kept(waves, &mut out.statistics);
         out.statistics.modes += waves.coefficients.len() as u64;
+        self.sample_weak(waves, out);
         for (place, mut beamlet) in kept.places.into_iter().zip(kept.beamlets) {
             beamlet.amplitude *= waves.coefficients[place];
             out.arrivals.push(beamlet);
+        }
+    }
+
+    /// Traces some of the plane waves that are left out, evenly over their energy, to see how much of it falls on the target.
+    fn sample_weak(&self, waves: &WindowWaves, out: &mut Emitted) {
+        let weakest = self.weakest * self.weakest;
+        let mut sampled = Vec::new();
+        for (place, c) in waves.coefficients.indexed_iter() {
+            let energy = c.norm_sqr();
+            if energy > 0.0 && energy <= weakest {
+                out.unsampled += energy / (WEAK_SAMPLE * weakest);
+            }
+            if out.unsampled >= 1.0 {
+                out.unsampled -= 1.0;
+                sampled.push(waves.direction(place));
+            }
+        }
+        let k = self.hop.wavenumber();
+        let landed = waves.start.launch_all(self.hop, &sampled);
+        let falls = |beamlet: &Arrival| Tail::of(beamlet, self.target.bounds, k).share;
+        let shares: f64 = landed.iter().flatten().map(falls).sum();
+        for (sum, part) in
+            (out.statistics.tally.weak_sample.iter_mut()).zip([sampled.len() as f64, shares])
+        {
+            *sum += part;
         }
     }
 
@@ -277,7 +308,7 @@ mod tests {
     use crate::optics::frame::Frame;
     use crate::optics::screen::Screen;
     use crate::optics::system::Hop;
-    use crate::wave::beamlet::wavelet::Arrival;
+    use crate::wave::beamlet::wavelet::{Arrival, Tail};
     use crate::wave::local_bands::carrier::Carrier;
     use crate::wave::local_bands::fourier_axis::Modes;
 
@@ -366,6 +397,39 @@ mod tests {
             assert!((x - exact).abs() < 0.05 * sigma, "{part}: {x} {exact}");
             assert!((y - 2.0).abs() < 1e-9, "{y}");
         }
+    }
+
+    /// The sample of the plane waves that are left out has the share of their energy on the target that all of them have,
+    /// though they come in many small windows.
+    #[test]
+    fn a_sample_tells_how_much_weak_light_meets_the_target() {
+        let space = Space::new();
+        let hop = space.hop();
+        let emission = space.emission(&hop, None);
+        let modes = Modes::between(-0.012, 0.012, 2.4e-3, 0.0);
+        let (mut out, mut all, mut landing) = (Emitted::default(), 0.0, 0.0);
+        for number in 0..400 {
+            let waves = WindowWaves {
+                start: start([1e-4 * f64::from(number), 0.0], 0.2),
+                modes: [modes, modes],
+                coefficients: noise((11, 11), number) * Complex64::from(0.3),
+            };
+            emission.send(&waves, &mut out);
+            for (place, c) in waves.coefficients.indexed_iter() {
+                if c.norm() <= emission.weakest {
+                    let sent = waves.start.launch(&hop, waves.direction(place)).unwrap();
+                    let falls = Tail::of(&sent, space.target.bounds, hop.wavenumber()).share;
+                    all += c.norm_sqr();
+                    landing += falls * c.norm_sqr();
+                }
+            }
+        }
+        let [sampled, falling] = out.statistics.tally.weak_sample;
+        assert!((sampled - all / (4.0 * 0.04)).abs() < 1.0, "{sampled}");
+        let ratio = falling / sampled / (landing / all);
+        assert!((0.9..1.1).contains(&ratio), "{ratio}");
+        let share = landing / all;
+        assert!((0.05..0.6).contains(&share), "{share}");
     }
 
     #[test]

@@ -10,10 +10,10 @@ use num_complex::Complex64;
 use rayon::prelude::*;
 
 use crate::engine::beamlet::mode_histogram::ModeHistogram;
+use crate::engine::error::hop_statistics::HopStatistics;
 use crate::engine::local_bands::emission::{Emission, Emitted};
 use crate::engine::local_bands::held_light::{ArrivingLight, HeldBeamlets};
 use crate::engine::local_bands::hop_changes::HopChanges;
-use crate::engine::local_bands::hop_statistics::HopStatistics;
 use crate::engine::local_bands::local_band_error::LocalBandError;
 use crate::engine::local_bands::onward_way::OnwardWay;
 use crate::engine::local_bands::settings::{

@@ -15,6 +15,7 @@
 //! | `window_directions` | Which directions lead from a window to the target |
 //! | `source_aperture` | Whether the aperture of the first screen cuts light that matters |
 //! | `source_windows` | A smooth source: one beamlet a window |
+//! | `source_aberration` | What the sum of a smooth source's beamlets departs by from its wave |
 //! | `tile_plan` | One tile before its light goes on: carriers, samples, windows that see the target |
 //! | `tile_run` | One tile: from the light that arrives to the beamlets that leave, and back |
 //! | `edge_band` | The light of an edge that the nodes of its tile do not resolve |
@@ -25,7 +26,6 @@
 //! | [`window_widths`] | How wide the windows of each screen may be |
 //! | `outside_aberration` | The aberration of windows whose centres lie outside an aperture |
 //! | `workload` | What a run will take, by rays of the source |
-//! | [`hop_statistics`] | What a hop did |
 //! | [`local_band_error`] | Why local bands cannot carry the light of a system |
 //! | `hop_changes` | How a hop changes with the parameters of a system: rays, element, source |
 //! | `hop_step` | One hop: all its tiles, forward and back |
@@ -39,12 +39,12 @@ pub(crate) mod edge_workload;
 pub(crate) mod emission;
 pub(crate) mod held_light;
 pub(crate) mod hop_changes;
-pub mod hop_statistics;
 pub(crate) mod hop_step;
 pub mod local_band_error;
 pub(crate) mod onward_way;
 pub(crate) mod outside_aberration;
 pub mod settings;
+pub(crate) mod source_aberration;
 pub(crate) mod source_aperture;
 pub(crate) mod source_light;
 pub(crate) mod source_windows;

@@ -3,11 +3,12 @@
 //! The light of a source is its carrier under every window, so it needs one direction there, and Gaussians that add up
 //! to one instead of their squares. The windows stop where no beamlet reaches the target: the light falls off by itself.
 
+use crate::engine::error::hop_statistics::HopStatistics;
 use crate::engine::error::tally::Fate;
 use crate::engine::local_bands::chirped_beamlet::ChirpedStart;
 use crate::engine::local_bands::emission::Emitted;
 use crate::engine::local_bands::hop_changes::{HopChanges, SentBeamlet};
-use crate::engine::local_bands::hop_statistics::HopStatistics;
+use crate::engine::local_bands::source_aberration::source_aberration;
 use crate::engine::local_bands::source_light::{source_carrier, source_field};
 use crate::engine::local_bands::target::TargetRegion;
 use crate::optics::source::Source;
@@ -132,7 +133,7 @@ impl SourceWindows<'_> {
         }
         let density = x.step * y.step / (std::f64::consts::TAU * x.sigma * y.sigma);
         arrival.amplitude *= field * density;
-        let found = start.wave_aberration(hop);
+        let found = source_aberration(start, hop, self.source);
         if self.target.holds(arrival.at) {
             statistics.tally.add_aberration(found, energy);
         }

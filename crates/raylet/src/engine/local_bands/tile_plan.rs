@@ -6,9 +6,9 @@
 use ndarray::{Array2, ArrayView2};
 use num_complex::Complex64;
 
+use crate::engine::error::hop_statistics::HopStatistics;
 use crate::engine::local_bands::chirped_beamlet::ChirpedStart;
 use crate::engine::local_bands::held_light::{ArrivingLight, TileLight};
-use crate::engine::local_bands::hop_statistics::HopStatistics;
 use crate::engine::local_bands::onward_way::{OnwardWay, directions_onward};
 use crate::engine::local_bands::settings::LocalBandSettings;
 use crate::engine::local_bands::target::TargetRegion;

@@ -6,11 +6,11 @@ use ndarray::Array2;
 use num_complex::Complex64;
 
 use crate::engine::beamlet::mode_histogram::ModeHistogram;
+use crate::engine::error::hop_statistics::HopStatistics;
 use crate::engine::local_bands::edge_band::CutWindow;
 use crate::engine::local_bands::emission::{Emission, Emitted, WindowWaves};
 use crate::engine::local_bands::held_light::ArrivingLight;
 use crate::engine::local_bands::hop_changes::{HopChanges, SourceSamples};
-use crate::engine::local_bands::hop_statistics::HopStatistics;
 use crate::engine::local_bands::tile_plan::{TargetedWindow, TilePlan, TileRun, WindowPlan};
 use crate::wave::beamlet::beamlet_kernel::Moments;
 use crate::wave::beamlet::wavelet::Arrival;

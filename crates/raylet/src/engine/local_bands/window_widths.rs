@@ -9,8 +9,10 @@ use crate::engine::local_bands::chirped_beamlet::ChirpedStart;
 use crate::engine::local_bands::local_band_error::LocalBandError;
 use crate::engine::local_bands::outside_aberration::outside_aberration;
 use crate::engine::local_bands::settings::{LocalBandPlan, SourceAperture};
+use crate::engine::local_bands::source_aberration::source_aberration;
 use crate::engine::local_bands::source_light::source_carrier;
 use crate::optics::screen::{Screen, ScreenKind};
+use crate::optics::source::Source;
 use crate::optics::system::{Hop, System};
 use crate::wave::local_bands::carrier::Carrier;
 use crate::wave::local_bands::element_samples::Element;
@@ -52,9 +54,9 @@ pub(crate) fn window_widths(
     let leaving = leaving_carriers(system, aperture)?;
     let hops = system.hops().enumerate().zip(&leaving);
     let widths = hops.map(|((number, hop), sampled)| {
-        let smooth = is_smooth(number, aperture);
-        let lattice = if smooth { 0.0 } else { left_by_lattice(step) };
-        let left = |sigma: f64| aberration_left(&hop, sampled, sigma, smooth, lattice);
+        let source = is_smooth(number, aperture).then_some(&system.source);
+        let lattice = source.map_or_else(|| left_by_lattice(step), |_| 0.0);
+        let left = |sigma: f64| aberration_left(&hop, sampled, sigma, source, lattice);
         let limit = match number {
             0 => OF_RADIUS * source_radius(system, &hop),
             _ => f64::INFINITY,
@@ -65,13 +67,15 @@ pub(crate) fn window_widths(
 }
 
 /// The error to expect from the aberration inside beamlets of a hop, along carriers that leave.
-pub(crate) fn expected_aberration(hop: &Hop, sampled: &[Carrier], plan: &LocalBandPlan) -> f64 {
-    let lattice = if plan.smooth {
-        0.0
-    } else {
-        left_by_lattice(plan.step)
-    };
-    aberration_left(hop, sampled, plan.sigma, plan.smooth, lattice)
+pub(crate) fn expected_aberration(
+    hop: &Hop,
+    source: &Source,
+    sampled: &[Carrier],
+    plan: &LocalBandPlan,
+) -> f64 {
+    let source = plan.smooth.then_some(source);
+    let lattice = source.map_or_else(|| left_by_lattice(plan.step), |_| 0.0);
+    aberration_left(hop, sampled, plan.sigma, source, lattice)
 }
 
 /// For each hop, carriers along rays of the source that leave its first screen and meet the aperture of its second.
@@ -170,25 +174,31 @@ fn carried(hop: &Hop, carrier: &Carrier) -> Option<Carrier> {
 }
 
 /// Root mean square, over carriers, of the error that aberration inside beamlets of width σ leaves when it is corrected,
-/// with that of windows outside the aperture.
-fn aberration_left(hop: &Hop, sampled: &[Carrier], sigma: f64, smooth: bool, lattice: f64) -> f64 {
+/// with that of windows outside the aperture; the source has one beamlet in each of its windows.
+fn aberration_left(
+    hop: &Hop,
+    sampled: &[Carrier],
+    sigma: f64,
+    source: Option<&Source>,
+    lattice: f64,
+) -> f64 {
     let square = |carrier: &Carrier| {
         let start = ChirpedStart {
             carrier: *carrier,
             sigma,
         };
-        let found = match smooth {
-            true => start.wave_aberration(hop),
-            false => start.aberration(hop, [0.0; 2]),
+        let found = match source {
+            Some(source) => source_aberration(&start, hop, source),
+            None => start.aberration(hop, [0.0; 2]),
         };
         found.map_or(1.0, |found| {
             found.left().powi(2) + lattice * lattice * found.cubic
         })
     };
     let inside = sampled.iter().map(square).sum::<f64>() / sampled.len() as f64;
-    let outside = match smooth {
-        true => 0.0,
-        false => outside_aberration(hop, sampled, sigma),
+    let outside = match source {
+        Some(_) => 0.0,
+        None => outside_aberration(hop, sampled, sigma),
     };
     (inside + outside).sqrt()
 }

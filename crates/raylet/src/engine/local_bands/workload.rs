@@ -50,7 +50,7 @@ pub(crate) fn workload(
     hops.map(|((number, hop), carriers)| {
         let step = HopStep::new(system, settings, number, hop)?;
         let plan = step.plan();
-        let aberration = expected_aberration(&hop, carriers, &plan);
+        let aberration = expected_aberration(&hop, &system.source, carriers, &plan);
         // A smooth source has no plane waves to leave out.
         let (work, dropped) = match plan.smooth {
             true => {
@@ -280,7 +280,7 @@ pub(crate) fn quickest_widths(
             if step.pixel_pitch().is_none() {
                 break;
             }
-            let aberration = expected_aberration(&hop, carriers, &step.plan());
+            let aberration = expected_aberration(&hop, &system.source, carriers, &step.plan());
             if narrower < 1.0 && aberration > error {
                 break;
             }

@@ -164,19 +164,17 @@ impl<'a> HopRays<'a> {
         }
     }
 
-    /// Where beamlets land that start at (x, y) with curvature `q` in 1/mm, along each of these optical direction cosines:
-    /// as [`Hop::carry_beamlet`]. Both screens must be planes.
+    /// Where beamlets land that start along these rays with curvature `q` in 1/mm: as [`Hop::carry_beamlet`]. Both screens
+    /// must be planes.
     pub fn carry_beamlets(
         &self,
-        [x, y]: [f64; 2],
         q: Symmetric<f64>,
-        directions: &[[f64; 2]],
+        starts: &[RayStart],
     ) -> Vec<Result<Carried, Loss>> {
-        let mut carried = Vec::with_capacity(directions.len());
+        let mut carried = Vec::with_capacity(starts.len());
         let (mut block, mut beamlets) = (RayBlock::empty(), LaneBeamlets::new(q));
-        for group in directions.chunks(BLOCK) {
-            let starts: Vec<RayStart> = group.iter().map(|[p, q]| [x, y, *p, *q]).collect();
-            self.carry(&mut block, &starts, &mut beamlets);
+        for group in starts.chunks(BLOCK) {
+            self.carry(&mut block, group, &mut beamlets);
             for i in 0..group.len() {
                 carried.push(self.landing(&block, i).map(|landing| {
                     let (amplitude, curvature) = beamlets.landed(i, self.to.index);

@@ -194,18 +194,17 @@ impl Hop<'_> {
         carry_along(&from, self.train, &to, BeamletStart { at, p, q })
     }
 
-    /// The same for many beamlets that start at one place with one curvature.
+    /// The same for many beamlets that start with one curvature.
     pub(crate) fn carry_all_along(
         &self,
-        at: [f64; 2],
         q: Symmetric<f64>,
-        slopes: &[[f64; 2]],
+        starts: &[RayStart],
     ) -> Vec<Result<Carried, Loss>> {
         if self.from.is_plane() && self.to.is_plane() && self.to.behind.is_none() {
-            return HopRays::new(self).carry_beamlets(at, q, slopes);
+            return HopRays::new(self).carry_beamlets(q, starts);
         }
-        let one = |p: &[f64; 2]| self.carry_along(at, *p, q);
-        slopes.iter().map(one).collect()
+        let one = |[x, y, px, py]: &RayStart| self.carry_along([*x, *y], [*px, *py], q);
+        starts.iter().map(one).collect()
     }
 }
 
