@@ -1,5 +1,7 @@
 //! What a run by local bands will take, and whether its windows are narrow enough, by rays of the source.
 
+use std::f64::consts::TAU;
+
 use crate::engine::local_bands::chirped_beamlet::ChirpedStart;
 use crate::engine::local_bands::edge_workload::{SeenRim, edge_area};
 use crate::engine::local_bands::hop_step::HopStep;
@@ -14,6 +16,7 @@ use crate::engine::plan::cost_model::local_bands::{
 use crate::engine::plan::work::Work;
 use crate::optics::screen::{ScreenKind, Sensor};
 use crate::optics::system::System;
+use crate::wave::beamlet::wavelet::Tail;
 use crate::wave::local_bands::carrier::Carrier;
 use crate::wave::local_bands::edge_mask::PASSBAND;
 use crate::wave::local_bands::element_samples::{edge_pitch, resolves_edge};
@@ -36,6 +39,12 @@ pub(crate) struct LocalBandWorkload {
     /// The error to expect from all causes but rims.
     pub error: f64,
 }
+
+/// q² and weights for means over the energy exp(−q²) of a window's plane waves in two dimensions.
+const RADII: [(f64, f64); 2] = [(0.585_786, 0.853_553), (3.414_214, 0.146_447)];
+
+/// Directions around that of the carrier.
+const AROUND: u32 = 12;
 
 /// The workload of each hop of a system.
 ///
@@ -63,7 +72,8 @@ pub(crate) fn workload(
                 (window * windows, 0.0)
             }
             false => {
-                let dropped = settings.dropped.unwrap_or(settings.threshold);
+                let dropped = settings.dropped.unwrap_or(settings.threshold)
+                    * dropped_on_target(&step, carriers, settings);
                 let share = match step.pixel_pitch() {
                     Some(_) if number == 0 => step.followed_share(),
                     _ => 1.0,
@@ -117,6 +127,63 @@ fn work_of_hop(
         }
     };
     carriers.iter().map(one).sum::<Work>() * (1.0 / carriers.len().max(1) as f64)
+}
+
+/// The part of the plane waves that are left out which falls on the target, over that of those that are followed, as a ratio
+/// of amplitudes, at most one; one behind pixels, which send light in all directions.
+fn dropped_on_target(step: &HopStep, carriers: &[Carrier], settings: &LocalBandSettings) -> f64 {
+    let (sigma, k) = (step.plan().sigma, step.hop.wavenumber());
+    let (mut dropped, mut followed) = (0.0, 0.0);
+    for carrier in carriers {
+        let start = ChirpedStart {
+            carrier: *carrier,
+            sigma,
+        };
+        let Some(waves) = Waves::of(step, &start, settings) else {
+            continue;
+        };
+        if waves.kept.is_infinite() {
+            return 1.0;
+        }
+
+        // Beyond a radius q the mean of q'² is q² + 1.
+        let on_target = |square: f64| {
+            let radius = square.sqrt() / (k * sigma);
+            share_on_target(step, &start, &waves.bounds, radius)
+        };
+        dropped += on_target((waves.kept * k * sigma).powi(2) + 1.0);
+        followed += RADII
+            .map(|(square, weight)| weight * on_target(square))
+            .iter()
+            .sum::<f64>();
+    }
+    match followed > 0.0 {
+        true => (dropped / followed).min(1.0).sqrt(),
+        false => 1.0,
+    }
+}
+
+/// The mean share of the energy of plane waves that falls on the target, of those at a distance from the carrier's direction
+/// that are transformed.
+fn share_on_target(
+    step: &HopStep,
+    start: &ChirpedStart,
+    [x0, x1, y0, y1]: &[f64; 4],
+    distance: f64,
+) -> f64 {
+    let directions = (0..AROUND).map(|number| {
+        let angle = TAU * f64::from(number) / f64::from(AROUND);
+        [distance * angle.cos(), distance * angle.sin()]
+    });
+    let transformed = |[p, q]: &[f64; 2]| (*x0..=*x1).contains(p) && (*y0..=*y1).contains(q);
+    let kept: Vec<[f64; 2]> = directions.filter(transformed).collect();
+    let (target, k) = (step.target.bounds, step.hop.wavenumber());
+    let landed = start.launch_all(&step.hop, &kept);
+    let shares = landed
+        .iter()
+        .flatten()
+        .map(|one| Tail::of(one, target, k).share);
+    shares.sum::<f64>() / kept.len().max(1) as f64
 }
 
 /// What the light takes that an edge sends far beside its own way.
