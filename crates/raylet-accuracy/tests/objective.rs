@@ -50,7 +50,8 @@ fn a_vortex_at_the_stop_agrees_with_the_integral() {
     assert!(error < 8e-4, "{error:e}");
 }
 
-/// The estimate covers the error, and is no more than eight times larger.
+/// The estimate covers the error, and is no more than ten times larger: ends of footprints count in full, though they cancel in
+/// smooth light.
 #[test]
 fn the_error_behind_a_mask_is_estimated() {
     for (angle, charge) in [(0.0, 0), (14.0, 1)] {
@@ -69,7 +70,7 @@ fn the_error_behind_a_mask_is_estimated() {
         let expected = outcome.expected_error().unwrap();
         assert!(error < expected, "{angle}°: {error:e} of {expected:e}");
         assert!(
-            expected < 8.0 * error,
+            expected < 10.0 * error,
             "{angle}°: {error:e} of {expected:e}"
         );
     }
