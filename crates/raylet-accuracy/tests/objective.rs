@@ -71,7 +71,7 @@ fn the_error_behind_a_mask_is_estimated() {
         assert!(error < 1e-4, "{angle}°: {error:e}");
         assert!(error < expected, "{angle}°: {error:e} of {expected:e}");
         assert!(
-            expected < 10.0 * error,
+            expected < 5.0 * error,
             "{angle}°: {error:e} of {expected:e}"
         );
     }

@@ -72,11 +72,7 @@ impl<'a> AberrationSamples<'a> {
                 None => return self.at(mode),
             }
         }
-        Some(Aberration {
-            cubic,
-            quartic,
-            ..Aberration::default()
-        })
+        Some(Aberration { cubic, quartic })
     }
 
     fn node(&mut self, mode: [usize; 2]) -> Option<Aberration> {

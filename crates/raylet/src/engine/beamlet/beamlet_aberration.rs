@@ -18,26 +18,34 @@ pub(crate) struct Aberration {
     pub cubic: f64,
     /// m₄, the mean quartic phase (rad).
     pub quartic: f64,
-    /// By how much the sum of a smooth wave's beamlets is too strong, in parts of the field; zero where each window has all
-    /// directions, whose departures cancel.
-    pub excess: Complex64,
+}
+
+/// What the aberration inside a beamlet does to the field.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct AberrationError {
+    /// η, the relative error of the field without a correction, at most 1.
+    pub plain: f64,
+    /// What the correction leaves of it.
+    pub left: f64,
+    /// ε₃², the mean square cubic phase (rad²).
+    pub cubic: f64,
 }
 
 /// Largest η that is corrected.
-const CORRECTABLE: f64 = 0.15;
+pub(crate) const CORRECTABLE: f64 = 0.15;
 
 /// What the correction leaves, over η(ε₃ + η): between 2 and 5 behind tilted sensors and rims.
 const LEFT: f64 = 3.0;
 
 impl Aberration {
-    /// η of one beamlet: the modulus of what the correction changes, at most 1; √((½ε₃²)² + (3m₄)²) without an excess.
+    /// η of one beamlet: the modulus of what the correction changes, √((½ε₃²)² + (3m₄)²), at most 1.
     pub(crate) fn eta(&self) -> f64 {
         self.change().norm().min(1.0)
     }
 
-    /// The logarithm of the correction, ½ε₃² − 3i m₄ and what takes an excess away.
+    /// The logarithm of the correction, ½ε₃² − 3i m₄.
     fn change(&self) -> Complex64 {
-        Complex64::new(0.5 * self.cubic, -3.0 * self.quartic) - self.excess
+        Complex64::new(0.5 * self.cubic, -3.0 * self.quartic)
     }
 
     /// The same beamlet's aberration at a distance r from its ray, where its amplitude is exp(−r²/2) of the
@@ -47,7 +55,6 @@ impl Aberration {
         Self {
             cubic: self.cubic * (r.powi(6) / 24.0).max(1.0),
             quartic: self.quartic * (r.powi(4) / 6.0).max(1.0),
-            excess: self.excess,
         }
     }
 
@@ -60,7 +67,16 @@ impl Aberration {
         (LEFT * eta * (self.cubic.sqrt() + eta)).min(eta)
     }
 
-    /// The factor exp(½ε₃² − 3i m₄ − excess) for the beamlet's amplitude; one where the expansion does not hold.
+    /// What it does to the field.
+    pub(crate) fn error(&self) -> AberrationError {
+        AberrationError {
+            plain: self.eta(),
+            left: self.left(),
+            cubic: self.cubic,
+        }
+    }
+
+    /// The factor exp(½ε₃² − 3i m₄) for the beamlet's amplitude; one where the expansion does not hold.
     pub(crate) fn correction(&self) -> Complex64 {
         self.correction_up_to(CORRECTABLE)
     }
@@ -152,7 +168,6 @@ pub(crate) fn aberration(
     Some(Aberration {
         cubic: 24.0 * k * k * cubic,
         quartic: 6.0 * k * quartic,
-        excess: Complex64::ZERO,
     })
 }
 

@@ -361,7 +361,7 @@ impl Follower<'_> {
         {
             // The tail that falls on the target is more aberrated than the beamlet's middle.
             let tail = to.tail(&arrival, job.hop.wavenumber());
-            let found = found.map(|found| found.at_distance(tail.distance));
+            let found = found.map(|found| found.at_distance(tail.distance).error());
             let weight = stands_for * energy * tail.share;
             self.tally.add_aberration(found, weight);
         }

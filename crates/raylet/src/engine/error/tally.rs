@@ -2,7 +2,7 @@
 
 use ndarray::Array2;
 
-use crate::engine::beamlet::beamlet_aberration::Aberration;
+use crate::engine::beamlet::beamlet_aberration::{Aberration, AberrationError};
 use crate::optics::ray::Loss;
 
 /// The fate of a ray, or of a share of the energy.
@@ -168,15 +168,16 @@ impl Tally {
     /// Takes note of the aberration of a beamlet that brings `energy` to the target; nothing when it is not
     /// known because neighbouring rays are lost.
     #[inline]
-    pub(crate) fn add_aberration(&mut self, found: Option<Aberration>, energy: f64) {
-        let [eta, left, cubic] = match found {
-            Some(found) => [found.eta(), found.left(), found.cubic.min(1.0)],
-            None => [1.0; 3],
-        };
+    pub(crate) fn add_aberration(&mut self, found: Option<AberrationError>, energy: f64) {
+        let found = found.unwrap_or(AberrationError {
+            plain: 1.0,
+            left: 1.0,
+            cubic: 1.0,
+        });
         self.aberration.energy += energy;
-        self.aberration.plain += energy * eta * eta;
-        self.aberration.left += energy * left * left;
-        self.aberration.cubic += energy * cubic;
+        self.aberration.plain += energy * found.plain.powi(2);
+        self.aberration.left += energy * found.left.powi(2);
+        self.aberration.cubic += energy * found.cubic.min(1.0);
     }
 
     /// Adds what the aberration about the centre of a window leaves, which is outside the aperture, beyond that where its light

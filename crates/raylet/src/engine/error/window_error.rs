@@ -28,6 +28,12 @@ pub(crate) fn period_error(period: f64) -> f64 {
     2.0 * (-0.25 * period * period).exp()
 }
 
+/// The root mean square of what Gaussians so many σ apart depart by from their mean sum: 2·exp(−2π²/step²) is the amplitude
+/// along each of two axes.
+pub(crate) fn ripple(step: f64) -> f64 {
+    2.0 * (-0.5 * (std::f64::consts::TAU / step).powi(2)).exp()
+}
+
 /// What the windows of local bands that stand so many σ apart leave of the cubic phase inside their beamlets, which a
 /// continuous sum cancels: the spectrum of u³·exp(−u²/σ²) at their lattice's frequency, with a factor from measurements.
 pub(crate) fn left_by_lattice(step: f64) -> f64 {
@@ -49,7 +55,7 @@ pub(crate) fn interpolated(table: &[(f64, f64)], at: f64) -> f64 {
 
 #[cfg(test)]
 mod tests {
-    use crate::engine::error::window_error::{left_by_lattice, window_error};
+    use crate::engine::error::window_error::{left_by_lattice, ripple, window_error};
 
     #[test]
     fn windows_follow_the_measurements() {
@@ -62,6 +68,23 @@ mod tests {
         assert_eq!(window_error(0.5, 20.0, 0.01), window_error(1.0, 20.0, 0.01));
         // A period of 4.5 σ alone costs 1.3e-2.
         assert!((window_error(1.5, 4.5, 0.0) - 1.27e-2).abs() < 1e-4);
+    }
+
+    /// Against sums of Gaussians, over places in one cell.
+    #[test]
+    fn gaussians_add_up_to_one_but_for_the_ripple() {
+        for step in [1.25f64, 1.5, 2.0] {
+            let sum = |x: f64| -> f64 {
+                let all = (-20..=20).map(|j| (-0.5 * (x - f64::from(j) * step).powi(2)).exp());
+                all.sum::<f64>() * step / std::f64::consts::TAU.sqrt()
+            };
+            let places = (0..32).map(|i| step * f64::from(i) / 32.0);
+            let along: Vec<f64> = places.map(sum).collect();
+            let both = along.iter().flat_map(|x| along.iter().map(move |y| x * y));
+            let square = both.map(|sum| (sum - 1.0).powi(2)).sum::<f64>() / 1024.0;
+            let ratio = ripple(step) / square.sqrt();
+            assert!((ratio - 1.0).abs() < 0.01, "{step} σ: {ratio}");
+        }
     }
 
     /// Local bands leave 0.013 of the cubic phase at 1.25 σ, as `docs/result.md` says, and between a third and two thirds of

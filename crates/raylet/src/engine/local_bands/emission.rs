@@ -194,8 +194,7 @@ impl Emission<'_> {
                 }
             };
             let tail = Tail::of(&beamlet, self.target.bounds, k);
-            let cut = tail.share.min(self.target.edge.powi(2));
-            statistics.tally.beyond_footprints += share * cut;
+            statistics.tally.beyond_footprints += share * self.target.cut(&beamlet, &tail, k);
             if !self.target.meets(&beamlet, k) {
                 statistics.tally.count(Fate::Outside, share);
                 continue;
@@ -264,7 +263,7 @@ impl Emission<'_> {
         };
         let outside = self.is_outside(start);
         for (tail, energy) in alike.iter().map(|number| &kept.tails[*number]) {
-            let there = counted.map(|counted| counted.at_distance(tail.distance));
+            let there = counted.map(|counted| counted.at_distance(tail.distance).error());
             statistics.tally.add_aberration(there, *energy);
             if outside {
                 (statistics.tally).add_aberration_outside(found, counted, *energy);

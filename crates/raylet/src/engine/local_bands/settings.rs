@@ -2,7 +2,7 @@
 
 use std::f64::consts::{PI, TAU};
 
-use crate::engine::error::window_error::{left_by_lattice, period_error};
+use crate::engine::error::window_error::{left_by_lattice, period_error, ripple};
 use crate::wave::local_bands::edge_mask::PASSBAND;
 use crate::wave::local_bands::tiling::WindowShape;
 
@@ -75,13 +75,13 @@ pub const STEP: f64 = 1.25;
 
 impl LocalBandPlan {
     /// The relative error of the field that the lattice and the period of windows bring, with this root mean square
-    /// cubic phase inside beamlets (rad): what the lattice leaves of that phase, and the tails of neighbouring periods.
+    /// cubic phase inside beamlets (rad): what the lattice leaves of that phase, and the tails of neighbouring periods. A smooth
+    /// source has no spectra with a period, and Gaussians that add up to one nearly.
     pub(crate) fn window_error(&self, cubic_phase: f64) -> f64 {
-        let lattice = match self.smooth {
-            true => 0.0,
-            false => left_by_lattice(self.step) * cubic_phase,
-        };
-        lattice.hypot(period_error(self.period))
+        match self.smooth {
+            true => ripple(self.step),
+            false => (left_by_lattice(self.step) * cubic_phase).hypot(period_error(self.period)),
+        }
     }
 
     /// The part of dropped plane waves that shows in the field, as a ratio of amplitudes: there are (period/step)²

@@ -135,7 +135,8 @@ impl SourceWindows<'_> {
         arrival.amplitude *= field * density;
         let found = source_aberration(start, hop, self.source);
         if self.target.holds(arrival.at) {
-            statistics.tally.add_aberration(found, energy);
+            let error = found.map(|found| found.error());
+            statistics.tally.add_aberration(error, energy);
         }
         if let Some(found) = found.filter(|_| self.corrected) {
             arrival.amplitude *= found.correction();

@@ -2,7 +2,7 @@
 
 use crate::optics::aperture::Aperture;
 use crate::optics::screen::{Screen, ScreenKind};
-use crate::wave::beamlet::wavelet::Arrival;
+use crate::wave::beamlet::wavelet::{Arrival, Tail};
 
 /// Distance from an aperture up to which light is summed, in σ of its windows: the sinc sums at its edge need it.
 pub(crate) const MARGIN: f64 = 2.5;
@@ -44,6 +44,17 @@ impl TargetRegion {
         inside && self.aperture.contains(x, y)
     }
 
+    /// At most this share of a beamlet's energy falls on its box beyond the end of the footprint: none where the footprint
+    /// covers the box.
+    pub(crate) fn cut(&self, arrival: &Arrival, tail: &Tail, k: f64) -> f64 {
+        let [x0, x1, y0, y1] = self.bounds;
+        let corners = [[x0, y0], [x1, y0], [x0, y1], [x1, y1]];
+        match corners.iter().all(|at| arrival.decay(*at, k) >= self.edge) {
+            true => 0.0,
+            false => tail.share.min(self.edge.powi(2)),
+        }
+    }
+
     /// Whether a beamlet's footprint may meet it.
     pub(crate) fn meets(&self, arrival: &Arrival, k: f64) -> bool {
         let reach = arrival.footprint(k, self.edge);
@@ -53,5 +64,64 @@ impl TargetRegion {
         });
         let depth = self.aperture.depth(arrival.at[0], arrival.at[1]);
         !beside && depth > -self.margin - reach[0].max(reach[1])
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use num_complex::Complex64;
+
+    use crate::engine::local_bands::target::TargetRegion;
+    use crate::fixtures::parts::{on_axis, screen, sensor};
+    use crate::wave::beamlet::wavelet::{Arrival, Tail};
+
+    const K: f64 = 1e4;
+    const EDGE: f64 = 1e-3;
+
+    /// A beamlet that lands here, longer along one diagonal.
+    fn beamlet(at: [f64; 2], width: f64) -> Arrival {
+        let decay = |part: f64| Complex64::new(0.0, part / (K * width * width));
+        Arrival {
+            at,
+            cosines: [0.0; 2],
+            curvature: [decay(1.0), decay(-0.6), decay(1.0)],
+            amplitude: Complex64::ONE,
+        }
+    }
+
+    /// The share of a beamlet's energy on a box beyond the end of its footprint, by a sum over a fine grid.
+    fn summed(beamlet: &Arrival, [x0, x1, y0, y1]: [f64; 4], width: f64) -> f64 {
+        let count = 400;
+        let place =
+            |low: f64, high: f64, i: usize| low + (high - low) * (i as f64 + 0.5) / count as f64;
+        let decays = (0..count * count)
+            .map(|n| [place(x0, x1, n % count), place(y0, y1, n / count)])
+            .map(|at| beamlet.decay(at, K));
+        let beyond: f64 = decays.filter(|d| *d < EDGE).map(|d| d * d).sum();
+        let whole = std::f64::consts::PI * width * width / (1.0f64 - 0.6 * 0.6).sqrt();
+        beyond * (x1 - x0) * (y1 - y0) / (count * count) as f64 / whole
+    }
+
+    #[test]
+    fn footprints_cut_off_what_lies_beyond_them() {
+        let target = TargetRegion::of(&screen(on_axis(1.0), sensor(20, 0.1)), 0.0, EDGE).unwrap();
+        for (width, at, covers) in [
+            (0.8, [0.0, 0.0], true),
+            (0.8, [0.6, 0.6], true),
+            (0.6, [0.6, -0.6], false),
+            (0.4, [0.0, 0.0], false),
+            (0.1, [0.3, 0.2], false),
+            (0.3, [1.5, 0.0], false),
+        ] {
+            let beamlet = beamlet(at, width);
+            let tail = Tail::of(&beamlet, target.bounds, K);
+            let [told, summed] = [
+                target.cut(&beamlet, &tail, K),
+                summed(&beamlet, target.bounds, width),
+            ];
+            assert_eq!(told == 0.0, covers, "{width} {at:?}: {told:e}");
+            assert_eq!(summed == 0.0, covers, "{width} {at:?}: {summed:e}");
+            assert!(summed <= told, "{width} {at:?}: {summed:e} of {told:e}");
+        }
     }
 }

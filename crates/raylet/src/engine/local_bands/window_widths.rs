@@ -35,6 +35,9 @@ const OF_RADIUS: f64 = 0.5;
 /// Share of the target error that aberration may have in one hop.
 const SHARE: f64 = 0.25;
 
+/// The same of a smooth source, whose windows cost little: one beamlet each.
+const SHARE_OF_SOURCE: f64 = 0.05;
+
 /// Whether a hop starts with a smooth source or with windows of all directions.
 fn is_smooth(number: usize, aperture: SourceAperture) -> bool {
     number == 0 && aperture == SourceAperture::Soft
@@ -57,11 +60,12 @@ pub(crate) fn window_widths(
         let source = is_smooth(number, aperture).then_some(&system.source);
         let lattice = source.map_or_else(|| left_by_lattice(step), |_| 0.0);
         let left = |sigma: f64| aberration_left(&hop, sampled, sigma, source, lattice);
+        let share = source.map_or(SHARE, |_| SHARE_OF_SOURCE);
         let limit = match number {
             0 => OF_RADIUS * source_radius(system, &hop),
             _ => f64::INFINITY,
         };
-        widest(&hop, limit, SHARE * error, left)
+        widest(&hop, limit, share * error, left)
     });
     Ok(widths.collect())
 }
@@ -188,11 +192,11 @@ fn aberration_left(
             sigma,
         };
         let found = match source {
-            Some(source) => source_aberration(&start, hop, source),
-            None => start.aberration(hop, [0.0; 2]),
+            Some(source) => source_aberration(&start, hop, source).map(|found| found.error()),
+            None => (start.aberration(hop, [0.0; 2])).map(|found| found.error()),
         };
         found.map_or(1.0, |found| {
-            found.left().powi(2) + lattice * lattice * found.cubic
+            found.left.powi(2) + lattice * lattice * found.cubic
         })
     };
     let inside = sampled.iter().map(square).sum::<f64>() / sampled.len() as f64;

@@ -201,6 +201,13 @@ impl Tail {
 }
 
 impl Arrival {
+    /// Its modulus at a place, in parts of its peak.
+    pub(crate) fn decay(&self, at: [f64; 2], k: f64) -> f64 {
+        let [x, y] = [0, 1].map(|a| at[a] - self.at[a]);
+        let [xx, xy, yy] = self.curvature.map(|g| g.im);
+        (-0.5 * k * (xx * x * x + 2.0 * xy * x * y + yy * y * y)).exp()
+    }
+
     /// Half widths of the box around the footprint where the Gaussian exceeds `threshold`, in mm;
     /// infinite when the curvature does not decay.
     #[inline]
