@@ -42,6 +42,17 @@ impl Levels {
         own / total
     }
 
+    /// The barycentric weight of a level: its share at z is its weight over z − its place, over [`Levels::total`] there.
+    pub(crate) fn weight(&self, number: usize) -> f64 {
+        self.weights[number]
+    }
+
+    /// What the shares of all levels at z are divided by; infinite on a level.
+    pub(crate) fn total(&self, z: f64) -> f64 {
+        let terms = self.weights.iter().zip(&self.at);
+        terms.map(|(weight, level)| weight / (z - level)).sum()
+    }
+
     /// The share of each level in the value at z: barycentric weights (Berrut and Trefethen, SIAM Rev. 46,
     /// 501, 2004). They add up to one.
     pub(crate) fn shares(&self, z: f64, shares: &mut [f64]) {

@@ -48,6 +48,8 @@ pub struct Grids {
     pub samples: [usize; 2],
     /// Points on its second screen where the field is summed, [ny, nx].
     pub sums: [usize; 2],
+    /// Transforms from the first screen to plane waves: of a curved screen one or three for each level.
+    pub transforms: usize,
 }
 
 impl Forecast {
@@ -229,7 +231,13 @@ pub(crate) fn whole_field_work(plan: &Plan, grids: &Grids) -> Work {
             ..Work::default()
         },
     };
-    let seconds = (count(grids.samples) + count(grids.sums)) * whole_field::SAMPLE;
+    let waves = match plan {
+        Plan::Free(_, free) => free.bands.iter().map(|band| band.count as f64).product(),
+        Plan::Beamlets(_) | Plan::Planes(_) | Plan::Paper(_) => 0.0,
+    };
+    let further = grids.transforms.saturating_sub(1) as f64;
+    let seconds = (count(grids.samples) + count(grids.sums)) * whole_field::SAMPLE
+        + further * (count(grids.samples) + waves) * whole_field::TRANSFORMED;
     rays + Work {
         seconds,
         ..Work::default()
@@ -384,6 +392,10 @@ pub(crate) fn whole_field_forecast<R: Reply>(
         let grids = Grids {
             samples: grid.shape(),
             sums: [ny, nx],
+            transforms: match &plan {
+                Plan::Free(free, plan) => free.transforms(hop.from, plan),
+                Plan::Beamlets(_) | Plan::Planes(_) | Plan::Paper(_) => 0,
+            },
         };
         list.push((plan, grids));
     }

@@ -86,6 +86,9 @@ pub(crate) mod local_bands {
 pub(crate) mod whole_field {
     /// A sample of it.
     pub(crate) const SAMPLE: f64 = 2e-7;
+
+    /// A sample or a plane wave in the transform of a level of a curved screen.
+    pub(crate) const TRANSFORMED: f64 = 7e-8;
 }
 
 /// A reference without beamlets.

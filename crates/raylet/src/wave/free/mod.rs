@@ -7,6 +7,7 @@
 //! | `pixel_hop` | A free hop from the pixels of a curved mirror to a parallel plane, fast enough for a design |
 //! | `pixel_hop_test` | Tests: such hops from large pixels against the direct integral |
 //! | [`free_plan`] | The slabs that a free hop crosses, and the plane waves that it takes |
+//! | `surface_tilt` | The tilt of a curved screen in the plane waves that it sends, from neighbouring plane waves |
 //! | `slab_transfer` | What plane waves meet on their way through plane-parallel slabs |
 //! | [`collins`] | Collins' integral through a centred paraxial train |
 //! | [`rayleigh`] | The first Rayleigh–Sommerfeld integral by direct sum |
@@ -20,3 +21,4 @@ mod pixel_hop_test;
 pub mod propagate;
 pub mod rayleigh;
 mod slab_transfer;
+mod surface_tilt;

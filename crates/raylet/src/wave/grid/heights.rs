@@ -4,7 +4,9 @@ use ndarray::Array2;
 use num_complex::Complex64;
 
 use crate::math::chebyshev::Levels;
+use crate::optics::conic::Conic;
 use crate::optics::screen::Screen;
+use crate::optics::shape::Shape;
 use crate::wave::grid::field::{Field, Grid};
 
 /// Height and slope of a screen over its local plane, at the nodes of a grid, indexed [y, x].
@@ -14,6 +16,8 @@ pub struct Heights {
     pub z: Array2<f64>,
     /// ∂z/∂x and ∂z/∂y.
     pub slope: [Array2<f64>; 2],
+    /// The conic about the origin on which all nodes lie, if they do.
+    pub conic: Option<Conic>,
 }
 
 impl Heights {
@@ -23,6 +27,7 @@ impl Heights {
         Self {
             z: Array2::zeros(shape),
             slope: [Array2::zeros(shape), Array2::zeros(shape)],
+            conic: None,
         }
     }
 
@@ -31,6 +36,9 @@ impl Heights {
         let mut heights = Self::flat(grid);
         if screen.is_plane() {
             return heights;
+        }
+        if let Shape::Conic(conic) = &screen.shape {
+            heights.conic = Some(*conic);
         }
         let [sx, sy] = &mut heights.slope;
         ndarray::Zip::indexed(&mut heights.z)
@@ -160,6 +168,55 @@ impl Stack {
     }
 }
 
+/// A field on a curved screen that is taken apart into levels, level by level. What levels share is known.
+pub(crate) struct SplitField<'a> {
+    stack: &'a Stack,
+    /// Heights of the nodes, none of which is that of a level.
+    z: Array2<f64>,
+    /// The field times e^{−iκz}, over the sum of the levels' shares.
+    shared: Array2<Complex64>,
+}
+
+/// Nodes that are on a level are moved off it by this part of what the levels span.
+const OFF_LEVEL: f64 = 1e-13;
+
+impl<'a> SplitField<'a> {
+    /// A field with these values at the nodes.
+    pub(crate) fn new(values: &Array2<Complex64>, heights: &Heights, stack: &'a Stack) -> Self {
+        let at = &stack.levels.at;
+        let span = match at.len() {
+            0 | 1 => 1.0,
+            count => at[count - 1] - at[0],
+        };
+        let off = |z: &f64| match at.contains(z) {
+            true => z + OFF_LEVEL * span,
+            false => *z,
+        };
+        let z = ndarray::Zip::from(&heights.z).par_map_collect(off);
+        let share = |value: &Complex64, z: &f64| match *value == Complex64::ZERO {
+            true => *value,
+            false => {
+                value * Complex64::from_polar(1.0 / stack.levels.total(*z), -stack.carrier * z)
+            }
+        };
+        let shared = ndarray::Zip::from(values).and(&z).par_map_collect(share);
+        Self { stack, z, shared }
+    }
+
+    /// What one level holds, as [`Stack::part`] has it for each node.
+    pub(crate) fn level(&self, number: usize) -> Array2<Complex64> {
+        let Stack { levels, carrier } = self.stack;
+        let (at, turn) = (
+            levels.at[number],
+            Complex64::cis(carrier * levels.at[number]),
+        );
+        let weight = turn * levels.weight(number);
+        ndarray::Zip::from(&self.shared)
+            .and(&self.z)
+            .par_map_collect(|shared, z| shared * weight / (z - at))
+    }
+}
+
 /// Smallest and largest normal cosine of light in a medium of index `n` whose directions lie in the box
 /// `[x_low, x_high, y_low, y_high]`; zero at the smallest where it reaches grazing.
 pub(crate) fn normal_cosines([x0, x1, y0, y1]: [f64; 4], n: f64) -> [f64; 2] {
@@ -177,7 +234,7 @@ mod tests {
     use num_complex::Complex64;
 
     use crate::wave::grid::field::{Axis, Field, Grid};
-    use crate::wave::grid::heights::{Heights, Stack, normal_cosines};
+    use crate::wave::grid::heights::{Heights, SplitField, Stack, normal_cosines};
 
     fn heights(grid: &Grid) -> Heights {
         let at = |(j, i): (usize, usize)| 4.0 * (0.2 * grid.x.node(i) + 0.3 * grid.y.node(j)).sin();
@@ -185,6 +242,7 @@ mod tests {
         Heights {
             z: Array2::from_shape_fn(shape, at),
             slope: [Array2::zeros(shape), Array2::zeros(shape)],
+            conic: None,
         }
     }
 
@@ -230,6 +288,34 @@ mod tests {
                 let terms = parts.iter().zip(&stack.levels.at);
                 let sum: Complex64 = terms.map(|(u, z)| u * Complex64::cis(-kappa * z)).sum();
                 assert!((sum - Complex64::cis(-kappa * z)).norm() < 1e-4);
+            }
+        }
+    }
+
+    /// On a level, between levels and with one level alone; dark nodes stay dark.
+    #[test]
+    fn split_fields_have_the_parts_of_their_nodes() {
+        let (stack, grid) = stack_and_grid();
+        let mut values = noise(grid.shape(), 0);
+        values[[3, 3]] = Complex64::ZERO;
+        let flat = Stack::new([2.0, 2.0], [0.8, 1.0], 6.0);
+        for (stack, level) in [(&stack, stack.levels.at[2]), (&flat, 2.0)] {
+            let mut heights = heights(&grid);
+            (heights.z[[5, 7]], heights.z[[3, 3]]) = (level, level);
+            if stack.len() == 1 {
+                heights.z.fill(level);
+            }
+            let split = SplitField::new(&values, &heights, stack);
+            for number in 0..stack.len() {
+                let found = split.level(number);
+                for (at, value) in values.indexed_iter() {
+                    let expected = stack.part(*value, heights.z[at], number);
+                    let off = (found[at] - expected).norm();
+                    assert!(
+                        off < 1e-9 * value.norm() + 1e-300,
+                        "{number} {at:?}: {off:e}"
+                    );
+                }
             }
         }
     }
