@@ -291,7 +291,11 @@ mod tests {
     use crate::fixtures::dot_product::assert_transposed;
     use crate::fixtures::noise::noise;
     use crate::fixtures::parts::{conic, open_screen};
+    use crate::optics::aperture::Aperture;
+    use crate::optics::conic::Conic;
     use crate::optics::frame::Frame;
+    use crate::optics::screen::ScreenKind;
+    use crate::optics::shape::Shape;
     use crate::wave::free::free_plan::{FreePlan, Slab};
     use crate::wave::free::propagate::{CLEAR, FreeHop};
     use crate::wave::grid::field::{Axis, Field, Grid};
@@ -365,6 +369,33 @@ mod tests {
             let back = hop.emission_spectrum_adjoint(&bar, &field, surface, &plan);
             assert_transposed(&[(&bar, &there)], &[(&back, &field.values)]);
         }
+    }
+
+    /// Of a plane, of a bowl by its levels, and of a shape whose slopes are no multiples of the place.
+    #[test]
+    fn transforms_are_as_many_as_a_forecast_counts() {
+        let (hop, field, plan) = (hop(), field(), plan());
+        let bowl = bowl(&field.grid);
+        let levels = hop.stack(&field, &bowl, 1.0, &plan).len();
+        let mut screen = open_screen(Frame::GLOBAL);
+        screen.kind = ScreenKind::Stop(Aperture::turned_rectangle(5.0, 5.0, 0.0, [1.0, 0.0]));
+        assert_eq!(hop.transforms(&screen, &plan), 1);
+
+        screen.shape = conic(1.0 / 14.0, 0.4);
+        let counted = hop.transforms(&screen, &plan);
+        assert!(
+            levels > 5 && counted.abs_diff(levels) <= 2,
+            "{counted} of {levels}"
+        );
+
+        screen.shape = Shape::Asphere {
+            base: Conic {
+                curvature: 1.0 / 14.0,
+                conic: 0.4,
+            },
+            coefficients: vec![0.0],
+        };
+        assert_eq!(hop.transforms(&screen, &plan), 3 * counted);
     }
 
     #[test]
