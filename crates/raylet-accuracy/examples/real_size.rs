@@ -54,8 +54,8 @@ With random pixels the modulator goes by beamlets from a whole field and takes t
 which has few directions and goes by local bands. The expected error behind pixels counts the light that the edges of the
 lenses in front diffract, which pixels send everywhere; the reference does not know it.
 
-Behind smooth masks the expected error is up to seven times too large: ends of footprints count in full, though they cancel in
-smooth light.
+Behind smooth masks the expected error is up to four times too large: ends of footprints count in full where they do not cover the
+whole sensor, though they cancel in smooth light.
 
 Off the axis of the double Gauss lens at f/2 the expected error is 20 to 40 times too large: nearly all of it is counted for
 the edges of the lenses behind the stop. These edges do not diffract. With a screen in the plane of each edge that matters, the
