@@ -59,6 +59,11 @@ impl Carrier {
         }
     }
 
+    /// Whether it is one everywhere.
+    pub(crate) fn is_flat(&self) -> bool {
+        self.p == [0.0; 2] && self.q == [0.0; 3]
+    }
+
     /// The phase factor by which light at a point is divided by the carrier.
     pub(crate) fn removed(&self, x: [f64; 2], k: f64) -> Complex64 {
         Complex64::cis(-k * self.path(x))

@@ -191,7 +191,7 @@ pub(crate) fn is_phase(layer: &Layer) -> bool {
 }
 
 /// The analytic phase of a layer, if it is one.
-fn phase(layer: &Layer) -> Option<&Profile> {
+pub(crate) fn phase(layer: &Layer) -> Option<&Profile> {
     match layer {
         Layer::Phase(profile) => Some(profile),
         Layer::Pixels(_) | Layer::Sum(_) | Layer::OnSurface(..) => None,

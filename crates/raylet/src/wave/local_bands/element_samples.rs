@@ -5,11 +5,11 @@ use num_complex::Complex64;
 
 use crate::optics::aperture::{Aperture, Outline};
 use crate::optics::doe::Layer;
-use crate::optics::pixels::pixel_grid::{PixelForm, PixelPlace, Pixels};
+use crate::optics::pixels::pixel_grid::{PixelForm, Pixels};
 use crate::optics::screen::{Screen, ScreenKind};
 use crate::wave::grid::field::{Axis, CellPart};
 use crate::wave::local_bands::carrier::Carrier;
-use crate::wave::local_bands::edge_mask::{PASSBAND, REACH, edge_mask};
+use crate::wave::local_bands::edge_mask::{PASSBAND, REACH};
 use crate::wave::local_bands::element_phase::{ElementPhase, TileArea, is_phase};
 use crate::wave::local_bands::fourier_axis::CellFilter;
 use crate::wave::local_bands::open_nodes::OpenNodes;
@@ -18,8 +18,8 @@ use crate::wave::local_bands::reused_array;
 /// An element, or the aperture of a stop, as local bands see it.
 #[derive(Clone, Debug)]
 pub(crate) struct Element<'a> {
-    phase: ElementPhase<'a>,
-    pixels: Option<&'a Pixels>,
+    pub(super) phase: ElementPhase<'a>,
+    pub(super) pixels: Option<&'a Pixels>,
 }
 
 /// Where the transmission of an element is sampled.
@@ -314,102 +314,13 @@ impl<'a> Element<'a> {
     }
 
     /// What the parts of cells do.
-    fn filter(&self) -> CellFilter {
+    pub(super) fn filter(&self) -> CellFilter {
         match self.pixels.map(|pixels| pixels.form) {
             Some(PixelForm::Box) => CellFilter::Pairs,
             Some(PixelForm::Point | PixelForm::Bilinear | PixelForm::BandLimited) | None => {
                 CellFilter::Points
             }
         }
-    }
-
-    /// The transmission over a carrier at nodes, times what is open there if `opened`: the share of each part of a pixel, and
-    /// the mask of limited band where there are no pixels.
-    fn values(
-        &self,
-        nodes: &[Axis; 2],
-        carrier: &Carrier,
-        k: f64,
-        opened: bool,
-    ) -> Array2<Complex64> {
-        let [columns, rows] = nodes;
-        let shape = (rows.len(), columns.len());
-        let mut values = reused_array::room(shape.0 * shape.1);
-        let places = columns.nodes();
-        let pixels = self.pixels_alone().map(|pixels| {
-            let along = |a: usize, axis: &Axis| pixels.places(a, &axis.nodes());
-            (pixels, along(0, columns), along(1, rows))
-        });
-        let mask =
-            (opened && self.pixels.is_none()).then(|| edge_mask(&self.phase.aperture, nodes));
-        let plane = carrier.p == [0.0; 2] && carrier.q == [0.0; 3];
-        let whole = vec![1.0; columns.len()];
-        let mut open_nodes = OpenNodes::new(&self.phase.aperture, nodes, self.filter());
-        let mut line = PixelLine::default();
-        for j in 0..rows.len() {
-            // What is open at each node of the row.
-            let masked = mask.as_ref().and_then(|mask| mask.row(j).to_slice());
-            let open = match masked {
-                Some(mask) => mask,
-                None if opened => open_nodes.row(j),
-                None => &whole,
-            };
-
-            // The transmission of what is open.
-            let y = rows.node(j);
-            match &pixels {
-                Some((pixels, columns, rows)) => {
-                    line.turn_to(pixels, columns, rows[j]);
-                    let each = line.values.iter().zip(open);
-                    values.extend(each.map(|(through, open)| through * open));
-                }
-                None => values.extend(places.iter().zip(open).map(|(x, open)| match *open {
-                    0.0 => Complex64::ZERO,
-                    _ => self.transmission([*x, y]) * open,
-                })),
-            }
-            if !plane {
-                let row = values[j * shape.1..].iter_mut().zip(&places);
-                for (value, x) in row.filter(|(value, _)| **value != Complex64::ZERO) {
-                    *value *= carrier.removed([*x, y], k);
-                }
-            }
-        }
-        // Each row has filled its part.
-        Array2::from_shape_vec(shape, values).unwrap_or_else(|_| Array2::zeros(shape))
-    }
-
-    /// Its pixels, where they are all of its layers and constant over each cell.
-    fn pixels_alone(&self) -> Option<&'a Pixels> {
-        match self.phase.doe.map(|doe| doe.layers.as_slice()) {
-            Some([Layer::Pixels(pixels)]) if pixels.form.is_even() => Some(pixels),
-            _ => None,
-        }
-    }
-
-    fn transmission(&self, [x, y]: [f64; 2]) -> Complex64 {
-        self.phase
-            .doe
-            .map_or(Complex64::ONE, |doe| doe.transmission(x, y))
-    }
-}
-
-/// The transmission of even pixels along a row of nodes. Neighbouring rows mostly lie in the same pixels.
-#[derive(Default)]
-struct PixelLine {
-    row: Option<PixelPlace>,
-    values: Vec<Complex64>,
-}
-
-impl PixelLine {
-    /// Takes the values of a row at the places of the columns, where they are not those that it has.
-    fn turn_to(&mut self, pixels: &Pixels, columns: &[PixelPlace], row: PixelPlace) {
-        if self.row == Some(row) {
-            return;
-        }
-        self.row = Some(row);
-        self.values.clear();
-        (self.values).extend(columns.iter().map(|column| pixels.value_at(*column, row)));
     }
 }
 

@@ -12,6 +12,7 @@
 //! | `edge_sum` | What an edge under one window sends far beside the way of the light, as an integral along it |
 //! | `element_phase` | The smooth part of an element's phase under a tile |
 //! | `element_samples` | The transmission of an element at the nodes of one tile |
+//! | `element_values` | The same by rows: phases alone, pixels alone, or anything |
 //! | `open_nodes` | What an aperture leaves open at the nodes of one tile |
 //! | `reused_array` | Large arrays of a tile, whose memory the next tile uses again |
 //! | `fourier_axis` | What Fourier sums along one axis of a window are about |
@@ -26,6 +27,7 @@ pub(crate) mod edge_points;
 pub(crate) mod edge_sum;
 pub(crate) mod element_phase;
 pub(crate) mod element_samples;
+mod element_values;
 pub(crate) mod folded_fourier;
 pub(crate) mod fourier_axis;
 pub(crate) mod fourier_matrix;

@@ -24,15 +24,9 @@ pub(crate) fn zeros(shape: (usize, usize)) -> Array2<Complex64> {
     let Some(mut values) = kept(count) else {
         return Array2::zeros(shape);
     };
+    values.reserve_exact(count);
     values.resize(count, Complex64::ZERO);
     Array2::from_shape_vec(shape, values).unwrap_or_else(|_| Array2::zeros(shape))
-}
-
-/// An empty list with room for so many numbers.
-pub(crate) fn room(count: usize) -> Vec<Complex64> {
-    let mut values = kept(count).unwrap_or_default();
-    values.reserve_exact(count);
-    values
 }
 
 /// Memory that this thread has kept: the smallest that is large enough, or else the largest, which is to grow.
@@ -77,7 +71,7 @@ pub(crate) fn release() {
 mod tests {
     use num_complex::Complex64;
 
-    use crate::wave::local_bands::reused_array::{SPARE, keep, release, room, zeros};
+    use crate::wave::local_bands::reused_array::{SPARE, keep, release, zeros};
 
     #[test]
     fn memory_is_used_again_and_given_back() {
@@ -88,12 +82,6 @@ mod tests {
         let second = zeros((20, 50));
         assert_eq!(second.as_ptr(), place);
         assert!(second.iter().all(|value| *value == Complex64::ZERO));
-        keep(second);
-        let mut list = room(1000);
-        assert_eq!(list.as_ptr(), place);
-        assert!(list.is_empty() && list.capacity() >= 1000);
-        list.extend([Complex64::ONE; 1000]);
-        let second = ndarray::Array2::from_shape_vec((20, 50), list).unwrap();
 
         // The smallest that is large enough, and of three arrays the two largest.
         let (small, smaller) = (zeros((20, 10)), zeros((2, 3)));
