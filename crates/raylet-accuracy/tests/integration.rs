@@ -17,3 +17,4 @@ mod readme;
 mod real_size;
 mod reference;
 mod report;
+mod rims;

@@ -9,6 +9,7 @@
 
 use std::f64::consts::PI;
 
+use crate::engine::rims::pixel_turn::PixelTurn;
 use crate::engine::rims::source_ray::SourceRay;
 use crate::engine::rims::source_rays::{is_open, ray_behind};
 use crate::optics::screen::ScreenKind;
@@ -27,6 +28,8 @@ const SIDE: usize = 7;
 /// The hops behind a screen up to the sensor.
 pub(crate) struct Onward<'a> {
     hops: Vec<Hop<'a>>,
+    /// The pixels behind which nothing is known.
+    turn: Option<PixelTurn>,
 }
 
 impl<'a> Onward<'a> {
@@ -39,20 +42,31 @@ impl<'a> Onward<'a> {
             ScreenKind::Sensor(_) => false,
         };
         match hops.iter().all(smooth) {
-            true => Self { hops },
-            false => Self { hops: Vec::new() },
+            true => Self { hops, turn: None },
+            false => Self {
+                hops: Vec::new(),
+                turn: PixelTurn::behind(system, number),
+            },
         }
     }
 
     /// Of light of which nothing more is known.
     #[cfg(test)]
     pub(crate) fn nowhere() -> Self {
-        Self { hops: Vec::new() }
+        Self {
+            hops: Vec::new(),
+            turn: None,
+        }
     }
 
     /// Whether anything is known of the hops behind.
     pub(crate) fn is_known(&self) -> bool {
         !self.hops.is_empty()
+    }
+
+    /// How strongly pixels turn light of these rays to the sensor; nothing where no pixels follow, or others do.
+    pub(crate) fn turned(&self, ray: impl Fn([f64; 2]) -> SourceRay) -> Option<f64> {
+        self.turn.as_ref().map(|turn| turn.strength(ray))
     }
 
     /// The mean over points of a box of what their rays have.

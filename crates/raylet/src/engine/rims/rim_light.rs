@@ -10,12 +10,16 @@ use crate::engine::rims::source_ray::SourceRay;
 use crate::engine::rims::surface_edge::{EdgeLight, SurfaceEdge};
 use crate::engine::trace::direction_search::SearchRay;
 use crate::math::erfc::erfc;
-use crate::optics::surface::without_edges;
+use crate::optics::refraction::Interface;
+use crate::optics::surface::{Surface, without_edges};
 use crate::optics::system::Hop;
 use crate::wave::beamlet::wavelet::Arrival;
 
 /// Rays followed to find what a rim sends to the target.
 const RIM_RAYS: usize = 3000;
+
+/// Normals of an edge that have less than this part along the target are seen from the side.
+const SEEN: f64 = 0.1;
 
 /// Shares of the energy on its way to the target, at the rim of one surface.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -89,6 +93,7 @@ pub(crate) fn cut_shares(
         leaving,
         seen,
         by_diffraction,
+        turned: onward.turned(|at| nearest(&rays, at)),
         rays: &rays,
         sigma,
     };
@@ -107,6 +112,8 @@ struct OnTheWay<'a> {
     seen: f64,
     /// Whether no ray leads to the sensor.
     by_diffraction: bool,
+    /// How strongly pixels turn it to the sensor, where it lands on pixels.
+    turned: Option<f64>,
     /// Those that do, or all that land, with their energy.
     rays: &'a [SearchRay],
     /// The width of beamlets along these.
@@ -122,19 +129,19 @@ impl OnTheWay<'_> {
         };
         let (open, leaving) = (self.open, self.leaving);
         let sent = self.sent_by_rim(rim);
-        let sent_on = if self.by_diffraction {
-            sent.landing
-        } else {
-            sent.near
+        let [sent_on, met_on] = match self.by_diffraction {
+            true => [sent.landing, sent.met_landing],
+            false => [sent.near, sent.met_near],
         };
         let landed: f64 = self.rays.iter().map(|ray| ray.area).sum();
         let total = landed + sent_on;
         if total > 0.0 {
-            (cut.removed, cut.misplaced) = (sent_on / total, sent_on / total);
+            let met = (landed + met_on).max(f64::MIN_POSITIVE);
+            (cut.removed, cut.misplaced) = (sent_on / total, met_on / met);
             for ray in self.rays {
                 let part = clipped(open, rim, ray.at, ray.p, self.sigma);
                 cut.clipped += part * ray.area / total;
-                cut.misplaced += part.min(1.0 - part) * ray.area / total;
+                cut.misplaced += part.min(1.0 - part) * ray.area / met;
             }
             cut.removed += cut.clipped;
             let all: f64 = leaving.iter().map(|ray| ray.energy).sum();
@@ -149,6 +156,14 @@ impl OnTheWay<'_> {
             cut.aslant = aslant_error(open, edges[..number].iter().flatten(), rim, leaving);
         }
         cut
+    }
+
+    /// How strongly pixels turn light of these rays to the sensor, over that of the light on its way: one at most.
+    fn beside_turned(&self, ray: impl Fn([f64; 2]) -> SourceRay) -> f64 {
+        match (self.onward.turned(ray), self.turned) {
+            (Some(own), Some(all)) if own < all => own / all,
+            _ => 1.0,
+        }
     }
 
     /// The energy that the rim of a surface sends into the box of the target, of light that meets the surface near it and
@@ -178,27 +193,33 @@ impl OnTheWay<'_> {
                 energy: 1.0,
                 spread: [0.0; 2],
             };
-            let reach = self.onward.mean_reach(to, towards);
             let sent = rim.per_depth(open, source_ray) * edge_energy(open.wavelength, q, width);
-            Some((depth, sent * stride as f64, reach))
+            let blur = narrowest * way / index;
+            let across = met_share(open, rim, source_ray, landing.at, blur).unwrap_or(1.0);
+            Some(SentByRay {
+                depth,
+                energy: sent * stride as f64,
+                reach: self.onward.mean_reach(to, towards),
+                met: across * self.beside_turned(towards),
+            })
         };
         let some = leaving.iter().step_by(stride).filter_map(one);
-        let some: Vec<(f64, f64, Reach)> = some.collect();
-        let sum = |share: fn(&Reach) -> f64| {
-            let lights = some
-                .iter()
-                .map(|(depth, sent, reach)| (*depth, sent * share(reach)));
+        let some: Vec<SentByRay> = some.collect();
+        let sum = |share: fn(&SentByRay) -> f64| {
+            let lights = some.iter().map(|ray| (ray.depth, ray.energy * share(ray)));
             EdgeLight::of(lights, rim.blur(open)).fainter()
         };
         Sent {
             landing: sum(|_| 1.0),
-            near: sum(|reach| reach.near),
-            seen: sum(|reach| reach.share),
+            near: sum(|ray| ray.reach.near),
+            seen: sum(|ray| ray.reach.share),
+            met_landing: sum(|ray| ray.met),
+            met_near: sum(|ray| ray.met * ray.reach.near),
         }
     }
 }
 
-/// The energy that a rim sends into the box of the target, of light that does not land there by itself.
+/// The energy that a rim sends into the box of the target, of light that does not land there by itself: no more than this.
 #[derive(Clone, Copy, Debug, Default)]
 struct Sent {
     /// All.
@@ -207,6 +228,59 @@ struct Sent {
     near: f64,
     /// What of it lands on the sensor.
     seen: f64,
+    /// All, and what gets near the sensor, of light that the rim sends towards the box, across the edge and not along it, and that
+    /// pixels there turn to the sensor.
+    met_landing: f64,
+    met_near: f64,
+}
+
+/// What of it comes from one ray that meets the edge.
+struct SentByRay {
+    /// How far inside the edge the ray meets it.
+    depth: f64,
+    energy: f64,
+    reach: Reach,
+    /// The part of its directions for which the box lies across the edge, and of this what pixels turn to the sensor.
+    met: f64,
+}
+
+/// The part of the directions of a ray that meets a rim and lands at `at` for which the box of the target lies across the edge, to
+/// within `blur` mm: an edge turns light in the plane of its normal. Nothing behind mirrors and for edges seen from the side.
+fn met_share(
+    open: &Hop,
+    rim: &SurfaceEdge,
+    source_ray: &SourceRay,
+    at: [f64; 2],
+    blur: f64,
+) -> Option<f64> {
+    let reflects = |surface: &Surface| surface.interface == Interface::Reflect;
+    if open.train[rim.number..].iter().any(reflects) {
+        return None;
+    }
+    let [x, y] = rim.normal_by(open, source_ray)?;
+    let (own, frame) = (&rim.surface.frame, &open.to.frame);
+    let normal = own.x * x + own.y * y;
+    let [x, y] = [normal.dot(frame.x), normal.dot(frame.y)];
+    let length = x.hypot(y);
+    if length < SEEN * normal.norm() {
+        return None;
+    }
+    let along = [-y / length, x / length];
+
+    // Along the edge: from the ray to the middle of the box, half the box, and half of what the ray stands for.
+    let to = open.to.bounds()?;
+    let way = (frame.origin - own.origin).norm() / open.to.index;
+    let middle = |a: usize| 0.5 * (to[2 * a] + to[2 * a + 1]) - at[a];
+    let half = |a: usize| 0.5 * (to[2 * a + 1] - to[2 * a]);
+    let sum = |of: &dyn Fn(usize) -> f64| along[0].abs() * of(0) + along[1].abs() * of(1);
+    let offset = along[0] * middle(0) + along[1] * middle(1);
+    let reach = sum(&half) + blur;
+    let spread = sum(&|a| source_ray.spread[a]) * way;
+    let both = (offset + spread).min(reach) - (offset - spread).max(-reach);
+    Some(match spread > 0.0 {
+        true => (both / (2.0 * spread)).clamp(0.0, 1.0),
+        false => f64::from(u8::from(offset.abs() <= reach)),
+    })
 }
 
 /// How far a point is outside a box; zero inside.
@@ -256,6 +330,19 @@ fn land_spread(open: &Hop, source_ray: &SourceRay, to: [f64; 4]) -> Option<Searc
         landing,
         jacobian,
     })
+}
+
+/// The ray on the next screen that lands next to a place; along its axis where none does.
+fn nearest(rays: &[SearchRay], [x, y]: [f64; 2]) -> SourceRay {
+    let far = |ray: &SourceRay| (ray.at[0] - x).hypot(ray.at[1] - y);
+    let axis = SourceRay {
+        at: [f64::INFINITY; 2],
+        p: [0.0; 2],
+        energy: 0.0,
+        spread: [0.0; 2],
+    };
+    let closer = |a: SourceRay, b: SourceRay| if far(&b) < far(&a) { b } else { a };
+    rays.iter().map(landed).fold(axis, closer)
 }
 
 /// What a ray is on the next screen.

@@ -11,9 +11,12 @@ use crate::optics::system::Hop;
 /// How near an edge light is to meet the surface to count as light at the edge, in radii.
 pub(crate) const NEAR_RIM: f64 = 0.15;
 
+/// Step of the difference that gives the normal of an edge, in radii.
+const OF_RADIUS: f64 = 1e-4;
+
 /// The edge of a surface of a train.
 pub(crate) struct SurfaceEdge<'a> {
-    number: usize,
+    pub(crate) number: usize,
     pub(crate) surface: &'a Surface,
     /// The height of the surface at its edge, in mm.
     depth: f64,
@@ -52,16 +55,33 @@ impl<'a> SurfaceEdge<'a> {
 
     /// How far inside the edge a ray meets it.
     pub(crate) fn depth_of(&self, open: &Hop, source_ray: &SourceRay) -> Option<f64> {
-        let landing = self.meet(open, |hop| {
-            hop.trace(source_ray.at, source_ray.p, &mut ()).ok()
-        })?;
-        Some(self.surface.aperture.depth(landing.at[0], landing.at[1]))
+        let [x, y] = self.met_by(open, source_ray)?;
+        Some(self.surface.aperture.depth(x, y))
     }
 
     /// The same; nothing where it does not come near.
     pub(crate) fn depth_near(&self, open: &Hop, source_ray: &SourceRay) -> Option<f64> {
         let depth = self.depth_of(open, source_ray)?;
         (depth.abs() <= NEAR_RIM * self.radius).then_some(depth)
+    }
+
+    /// The normal of the edge next to where a ray meets its plane, along the local x and y, of any length.
+    pub(crate) fn normal_by(&self, open: &Hop, source_ray: &SourceRay) -> Option<[f64; 2]> {
+        let [x, y] = self.met_by(open, source_ray)?;
+        let depth = |x: f64, y: f64| self.surface.aperture.depth(x, y);
+        let h = OF_RADIUS * self.radius;
+        Some([
+            depth(x + h, y) - depth(x - h, y),
+            depth(x, y + h) - depth(x, y - h),
+        ])
+    }
+
+    /// Where a ray meets the plane of the edge.
+    fn met_by(&self, open: &Hop, source_ray: &SourceRay) -> Option<[f64; 2]> {
+        let landing = self.meet(open, |hop| {
+            hop.trace(source_ray.at, source_ray.p, &mut ()).ok()
+        })?;
+        Some(landing.at)
     }
 
     /// What `follow` finds on the way to the plane of the edge, before the surface.
