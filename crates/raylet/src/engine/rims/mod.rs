@@ -7,8 +7,8 @@
 //! | `entrance_edge` | The rim of a first surface that is the edge of the entrance before it |
 //! | `joined_screens` | One screen in place of several that stand in one place |
 //! | `onward` | Whether light that arrives on a screen goes on to the sensor |
+//! | `pixel_envelope` | How strongly pixels turn light of a direction to the sensor |
 //! | [`pixel_light`] | The directions into which pixels send light, by the power spectrum about a place |
-//! | `pixel_turn` | How strongly pixels turn light of a direction to the sensor |
 //! | `rim_light` | What rims do to light, by rays of the source |
 //! | [`rim_screens`] | Rims that become screens, and the error of those that do not |
 //! | `source_ray` | One ray of the source's light on a screen |
@@ -20,8 +20,8 @@ pub(crate) mod edge_diffraction;
 pub(crate) mod entrance_edge;
 pub(crate) mod joined_screens;
 pub(crate) mod onward;
+pub(crate) mod pixel_envelope;
 pub mod pixel_light;
-pub(crate) mod pixel_turn;
 pub(crate) mod rim_light;
 pub mod rim_screens;
 pub(crate) mod source_ray;

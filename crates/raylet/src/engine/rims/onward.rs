@@ -9,7 +9,7 @@
 
 use std::f64::consts::PI;
 
-use crate::engine::rims::pixel_turn::PixelTurn;
+use crate::engine::rims::pixel_envelope::PixelEnvelope;
 use crate::engine::rims::source_ray::SourceRay;
 use crate::engine::rims::source_rays::{is_open, ray_behind};
 use crate::optics::screen::ScreenKind;
@@ -29,7 +29,7 @@ const SIDE: usize = 7;
 pub(crate) struct Onward<'a> {
     hops: Vec<Hop<'a>>,
     /// The pixels behind which nothing is known.
-    turn: Option<PixelTurn>,
+    envelope: Option<PixelEnvelope>,
 }
 
 impl<'a> Onward<'a> {
@@ -42,10 +42,13 @@ impl<'a> Onward<'a> {
             ScreenKind::Sensor(_) => false,
         };
         match hops.iter().all(smooth) {
-            true => Self { hops, turn: None },
+            true => Self {
+                hops,
+                envelope: None,
+            },
             false => Self {
                 hops: Vec::new(),
-                turn: PixelTurn::behind(system, number),
+                envelope: PixelEnvelope::behind(system, number),
             },
         }
     }
@@ -55,7 +58,7 @@ impl<'a> Onward<'a> {
     pub(crate) fn nowhere() -> Self {
         Self {
             hops: Vec::new(),
-            turn: None,
+            envelope: None,
         }
     }
 
@@ -66,7 +69,7 @@ impl<'a> Onward<'a> {
 
     /// How strongly pixels turn light of these rays to the sensor; nothing where no pixels follow, or others do.
     pub(crate) fn turned(&self, ray: impl Fn([f64; 2]) -> SourceRay) -> Option<f64> {
-        self.turn.as_ref().map(|turn| turn.strength(ray))
+        self.envelope.as_ref().map(|own| own.strength(ray))
     }
 
     /// The mean over points of a box of what their rays have.

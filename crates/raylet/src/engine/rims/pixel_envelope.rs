@@ -1,4 +1,4 @@
-//! How strongly pixels turn light of a direction to the sensor.
+//! The envelope of pixels: how strongly they turn light of a direction to the sensor.
 //!
 //! A box pixel of width a turns light by the change p of an optical cosine with the strength sinc²(ap/λ), and far out with the mean
 //! λ²/(2π²a²p²) of that. What many pixels add to it is taken to be even over directions. So light that an edge sends to pixels from
@@ -22,14 +22,14 @@ const STEPS: usize = 5;
 const BY_MEAN: f64 = 0.5;
 
 /// Pixels from which the light goes to the sensor.
-pub(crate) struct PixelTurn {
+pub(crate) struct PixelEnvelope {
     /// The widths of their active areas over the wavelength.
     widths: [f64; 2],
     /// Places on them, and the optical cosines that lead from there to the middle of the sensor.
     ways: Vec<([f64; 2], [f64; 2])>,
 }
 
-impl PixelTurn {
+impl PixelEnvelope {
     /// Of the box pixels at which a hop of a system ends; nothing where an element has other layers, and where it is not the last.
     pub(crate) fn behind(system: &System, number: usize) -> Option<Self> {
         let hop = system.hops().nth(number + 1)?;
@@ -102,7 +102,7 @@ mod tests {
     use ndarray::Array2;
     use num_complex::Complex64;
 
-    use crate::engine::rims::pixel_turn::PixelTurn;
+    use crate::engine::rims::pixel_envelope::PixelEnvelope;
     use crate::engine::rims::source_ray::SourceRay;
     use crate::fixtures::parts::{box_pixels, lit, on_axis, screen, sensor};
     use crate::optics::aperture::Aperture;
@@ -120,10 +120,10 @@ mod tests {
         let stop = screen(Frame::GLOBAL, ScreenKind::Stop(Aperture::disc(50.0)));
         let middle = screen(on_axis(10.0), pixels);
         let system = lit(vec![stop, middle, last], vec![vec![], vec![]]);
-        let turn = PixelTurn::behind(&system, 0).unwrap();
-        assert!(PixelTurn::behind(&system, 1).is_none());
+        let envelope = PixelEnvelope::behind(&system, 0).unwrap();
+        assert!(PixelEnvelope::behind(&system, 1).is_none());
         let strength = |order: f64| {
-            turn.strength(|at| SourceRay {
+            envelope.strength(|at| SourceRay {
                 at,
                 p: [sine - order / 8.0, 0.0],
                 energy: 1.0,
