@@ -121,9 +121,14 @@ impl Line<'_> {
                     (own - k * carrier.path([*x, y])) / std::f64::consts::TAU
                 }));
                 phasors(turns, row);
-                row.iter_mut()
-                    .zip(open)
-                    .for_each(|(value, open)| *value *= *open);
+
+                // A phase may be no number where nothing is open.
+                for (value, open) in row.iter_mut().zip(open) {
+                    *value = match *open {
+                        0.0 => Complex64::ZERO,
+                        _ => *value * open,
+                    };
+                }
                 return;
             }
             Kind::Pixels(line) => {
