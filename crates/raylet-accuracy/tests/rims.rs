@@ -161,8 +161,8 @@ fn rims_in_the_light_of_pixels_cost_what_is_told() {
     }
 }
 
-/// The rim of a lens before pixels sends light aslant to them, of which they turn little to the sensor. It was told thirty
-/// times as large while all of it counted.
+/// The rim of a lens before pixels sends light to them at large angles. The pixels turn little of it to the sensor. The estimate
+/// was thirty times as large while all of it counted.
 #[test]
 fn rims_before_pixels_cost_what_is_told() {
     for rim in [0.25, 0.32] {
