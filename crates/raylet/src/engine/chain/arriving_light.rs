@@ -172,14 +172,18 @@ pub(crate) fn sensor_of(system: &System) -> Result<&Sensor, SimulateError> {
     }
 }
 
-/// Largest |p| that a plan wants behind the screen.
+/// Largest |p| behind the screen that its nodes are to resolve for a plan.
 pub fn leaving(plan: &Plan) -> [f64; 2] {
     let bands = plan.bands();
-    [0, 1].map(|a| {
+    let largest = [0, 1].map(|a| {
         let band = &bands[a];
         let last = band.count.max(1) - 1;
         band.at(0).abs().max(band.at(last).abs())
-    })
+    });
+    match plan {
+        Plan::Free(_, free) => [0, 1].map(|a| largest[a].min(free.reach[a])),
+        Plan::Beamlets(_) | Plan::Planes(_) | Plan::Paper(_) => largest,
+    }
 }
 
 /// Largest |p| of the light that a plan brings to the next screen.

@@ -148,10 +148,7 @@ fn choose(
     if settings.method == Method::Auto
         && let Some(free) = free_hop(hop, from, to, light.chief, settings)
     {
-        let plane = hop.from.is_plane() && hop.to.is_plane();
-        let layers = if plane { 1 } else { CURVED_LAYERS };
-        let cheap = cheap_directions(settings.target_error) / layers;
-        let (free, plan) = widest(free, from, to, cheap);
+        let plan = free.plan(from, to);
         check_directions(hop, &plan, settings)?;
         return Ok(Plan::Free(free, plan));
     }
@@ -231,37 +228,6 @@ fn pitch_of(screen: &Screen) -> Option<[f64; 2]> {
         ScreenKind::Sensor(sensor) => Some(sensor.pitch),
         _ => None,
     }
-}
-
-/// Plane waves that cost little for an error of 1e-3: a free hop whose period may grow takes the widest one within
-/// them.
-const CHEAP_DIRECTIONS: f64 = 3e6;
-
-/// Plane waves that cost little for an error: less exact fields are also to be quicker.
-fn cheap_directions(target_error: f64) -> usize {
-    (CHEAP_DIRECTIONS * (1e-3 / target_error).min(1.0).powi(2)) as usize
-}
-
-/// Transforms that a curved screen needs, roughly.
-const CURVED_LAYERS: usize = 20;
-
-/// Periods tried in turn, over the sum of the half widths.
-const PADDINGS: [f64; 3] = [12.0, 8.0, 6.0];
-
-/// The free hop with the widest period that is cheap, or with its own.
-fn widest(free: FreeHop, from: [f64; 4], to: [f64; 4], cheap: usize) -> (FreeHop, FreePlan) {
-    for padding in PADDINGS {
-        let wider = FreeHop {
-            padding: padding.max(free.padding),
-            ..free.clone()
-        };
-        let plan = wider.plan(from, to);
-        if plan.bands[0].count.saturating_mul(plan.bands[1].count) <= cheap {
-            return (wider, plan);
-        }
-    }
-    let plan = free.plan(from, to);
-    (free, plan)
 }
 
 /// The plane waves of a free hop and one intermediate array must fit in memory.
@@ -347,8 +313,9 @@ pub(crate) fn free_hop(
         slabs: slabs(hop)?,
         offset: [target.x, target.y],
         chief,
-        padding: settings.padding.max(4.0),
+        padding: settings.padding.max(2.0),
         clear: clear_for(settings.target_error),
+        closest: closest(hop, target.z),
     })
 }
 
@@ -397,16 +364,40 @@ fn slabs(hop: &Hop) -> Option<Vec<Slab>> {
 /// Deepest relief of a curved screen that is taken apart into levels, in wavelengths.
 const DEEPEST: f64 = 60.0;
 
+/// The least distance of points of both screens over `target`, that of their origins; zero where plates stand before or behind
+/// a curved screen.
+fn closest(hop: &Hop, target: f64) -> f64 {
+    if hop.from.is_plane() && hop.to.is_plane() {
+        return 1.0;
+    }
+    let distance = hop.from.leaves() * target;
+    match facing(hop) {
+        Some([front, back]) if hop.train.is_empty() && distance > 0.0 => {
+            ((distance + back - front) / distance).clamp(0.0, 1.0)
+        }
+        _ => 0.0,
+    }
+}
+
+/// How far the first screen reaches towards the second one, and the least that the second one reaches away from it, in mm.
+fn facing(hop: &Hop) -> Option<[f64; 2]> {
+    let (from, to) = (hop.from.relief()?, hop.to.relief()?);
+    Some(match hop.from.leaves() > 0.0 {
+        true => [from.high, to.low],
+        false => [-from.low, -to.high],
+    })
+}
+
 /// Whether curved screens keep clear of the first plane behind the first one, at `next`, and of each
 /// other, and are shallow.
 fn clears(hop: &Hop, next: f64, target: f64) -> bool {
-    let (Some(from), Some(to)) = (hop.from.relief(), hop.to.relief()) else {
+    let (Some(from), Some(to), Some([front, back])) =
+        (hop.from.relief(), hop.to.relief(), facing(hop))
+    else {
         return false;
     };
     let deepest = DEEPEST * hop.wavelength;
     let leaves = hop.from.leaves();
-    let front = if leaves > 0.0 { from.high } else { -from.low };
-    let back = if leaves > 0.0 { to.low } else { -to.high };
     let shallow = from.high - from.low <= deepest && to.high - to.low <= deepest;
     shallow && front <= leaves * next && front <= leaves * target + back
 }

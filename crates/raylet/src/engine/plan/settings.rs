@@ -59,7 +59,8 @@ pub struct Settings {
     pub footprint_threshold: Option<f64>,
     /// Correction of the aberration inside a beamlet.
     pub correction: Correction,
-    /// Period of a free hop over the sum of the half widths of screen and target; at least 4.
+    /// The least period of a free hop over the sum of the half widths of screen and target; at least 2. The target error asks
+    /// for more.
     pub padding: f64,
     /// Relative tolerance of the non-uniform FFT.
     pub nufft_tolerance: f64,
@@ -189,7 +190,7 @@ impl Default for Settings {
             mode_threshold: None,
             footprint_threshold: None,
             correction: Correction::Auto,
-            padding: 4.0,
+            padding: 2.0,
             nufft_tolerance: 1e-6,
             paper: Paper::default(),
             seed: 1,

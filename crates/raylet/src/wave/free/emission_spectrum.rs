@@ -315,6 +315,7 @@ mod tests {
             chief: [0.1, 0.0],
             padding: 4.0,
             clear: CLEAR,
+            closest: 1.0,
         }
     }
 

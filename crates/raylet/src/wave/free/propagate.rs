@@ -11,7 +11,7 @@ use num_complex::Complex64;
 
 use crate::math::chirp::{Chirp2, Comb};
 use crate::math::lanes::LANES;
-use crate::wave::free::free_plan::{FreePlan, Slab};
+use crate::wave::free::free_plan::{FreePlan, Slab, zone_width};
 use crate::wave::free::slab_transfer::{Crossings, SlabTransfer};
 use crate::wave::grid::field::Field;
 use crate::wave::grid::heights::Heights;
@@ -29,15 +29,20 @@ pub struct FreeHop {
     pub offset: [f64; 2],
     /// Direction of the incident light, optical cosines: the lattice of plane waves has a node there.
     pub chief: [f64; 2],
-    /// Period P over W, the sum of the half widths of screen and target; at least 4.
+    /// The least period P over W, the sum of the half widths of screen and target; at least 2.
     pub padding: f64,
-    /// The least P − 2W, in units of √(λ × depth). The taper falls over directions that land between W and P − W:
-    /// the narrower this range, the more the taper blurs the arriving light.
+    /// The least P − 2W in widths of a Fresnel zone, [`FreePlan::zones`]. The taper falls over directions that land between
+    /// W and P − W: the narrower this range, the more the taper blurs the arriving light.
     pub clear: f64,
+    /// The least distance of points of both screens, as a share of the slabs' thickness: one between planes.
+    pub closest: f64,
 }
 
-/// [`FreeHop::clear`] for an error of 1e-3. Errors of small screens far apart: 1e-3 to 1e-2 with 6, 3e-4 to 2e-3 with
-/// 10, 1e-5 to 4e-4 with 16, 1e-6 to 7e-5 with 24. With the period of nearer screens alone they are 1e-2 to 1.
+/// The part of the taper's range whose directions the nodes of screens are to resolve: they do not lead to the target.
+const RESOLVED_TAPER: f64 = 0.2;
+
+/// [`FreeHop::clear`] for an error of 1e-3. Behind random pixels errors are 4e-4 to 1.3e-3 where W is half a zone, 8e-5 where
+/// it is one zone, 1e-5 where it is five; behind open apertures a tenth of that.
 pub const CLEAR: f64 = 13.0;
 
 /// A period for an error below 1e-3 is taken if it is this many times the period for 1e-3. Where it is not, the error
@@ -88,34 +93,47 @@ impl FreeHop {
             let low = to[2 * a] + self.offset[a] - from[2 * a + 1];
             let high = to[2 * a + 1] + self.offset[a] - from[2 * a];
             let span = 0.5 * (high - low).max(0.0) + (0.5 * (high + low)).abs();
-            let scale = (wavelength * depth).sqrt();
-            let cleared = |clear: f64| (self.padding * span).max(2.0 * span + clear * scale);
+            let zone = zone_width(wavelength, depth, span);
+            let cleared = |clear: f64| (self.padding * span).max(2.0 * span + clear * zone);
             let usual = cleared(self.clear.min(CLEAR));
             let wider = cleared(self.clear);
             let period = if wider > WIDER * usual { wider } else { usual };
             // Beyond the direction that lands P − W away nothing is kept.
-            let reach = |p: f64| self.landing(p, p * p).unwrap_or(f64::INFINITY);
-            let (mut inside, mut outside) = (0.0, lowest);
-            for _ in 0..60 {
-                let middle = 0.5 * (inside + outside);
-                if reach(middle) < period - span {
-                    inside = middle;
-                } else {
-                    outside = middle;
-                }
-            }
-            let limit = outside.min(lowest);
+            let limit = self.direction_to(period - span, lowest);
             let band = Band::between(self.chief[a], wavelength / period, -limit, limit);
             (period, span, band)
         };
         let (x, y) = (axis(0), axis(1));
-        FreePlan {
+        let plan = FreePlan {
             period: [x.0, y.0],
             span: [x.1, y.1],
             bands: [x.2, y.2],
+            reach: [lowest; 2],
             depth,
             wavelength,
+        };
+        let reach = |a: usize| {
+            let [full, none] = plan.taper(a);
+            let resolved = full + RESOLVED_TAPER * (none - full);
+            self.direction_to(resolved / self.closest.max(0.0), lowest)
+        };
+        FreePlan {
+            reach: [reach(0), reach(1)],
+            ..plan
         }
+    }
+
+    /// The cosine along an axis of the plane wave that lands this far away; `most` where none below does.
+    fn direction_to(&self, landing: f64, most: f64) -> f64 {
+        let (mut inside, mut outside) = (0.0, most);
+        for _ in 0..60 {
+            let middle = 0.5 * (inside + outside);
+            match self.landing(middle, middle * middle) {
+                Some(reached) if reached < landing => inside = middle,
+                _ => outside = middle,
+            }
+        }
+        outside
     }
 
     /// The landing offset along an axis of a plane wave with cosine p there and square |p|²; nothing
@@ -313,6 +331,7 @@ mod tests {
             chief: [0.0; 2],
             padding: 4.0,
             clear: CLEAR,
+            closest: 1.0,
         };
         let raster = Raster {
             start: [axis.node(0); 2],
@@ -351,6 +370,7 @@ mod tests {
             chief: [0.0, 0.0],
             padding: 4.0,
             clear: CLEAR,
+            closest: 1.0,
         };
         let raster = Raster {
             start: [-0.4, -0.4],
@@ -390,6 +410,7 @@ mod tests {
             chief: [0.1, 0.0],
             padding: 4.0,
             clear: CLEAR,
+            closest: 1.0,
         };
         let raster = Raster {
             start: [-4.0, -5.0],

@@ -155,10 +155,8 @@ fn transmitted<S: Simd>(simd: S, coating: Coating, cosines: [f64x8<S>; 2], ratio
 impl Taper {
     /// Along an axis of a plan.
     fn new(plan: &FreePlan, axis: usize) -> Self {
-        let (span, period, depth) = (plan.span[axis], plan.period[axis], plan.depth);
-        let clear = 1.5 * (plan.wavelength * depth).sqrt();
-        let inside = span + clear.min(0.25 * (period - 2.0 * span));
-        let [full, none] = [inside, period - span].map(|landing| depth / depth.hypot(landing));
+        let depth = plan.depth;
+        let [full, none] = (plan.taper(axis)).map(|landing| depth / depth.hypot(landing));
         Self {
             full,
             steepness: 1.0 / (full - none),
@@ -209,6 +207,7 @@ mod tests {
             period: [1.0; 2],
             span: [0.2; 2],
             bands: [Band::between(0.0, 6e-4, -0.5, 0.5); 2],
+            reach: [0.5; 2],
             depth: 0.8 / 1.5 + 1.0,
             wavelength: 6e-4,
         };
