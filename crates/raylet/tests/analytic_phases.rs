@@ -140,7 +140,8 @@ fn light_of_a_near_point_goes_by_local_bands_as_by_whole_fields() {
     }
 }
 
-/// Light is linear: a sum with complex weights gives the sum of the fields of its terms, times the weights.
+/// Light is linear: a sum with complex weights gives the sum of the fields of its terms, times the weights. A term alone is what its
+/// layer is; only the nodes differ.
 #[test]
 fn complex_weights_are_factors_on_fields() {
     let (lens, grating) = (
@@ -149,11 +150,18 @@ fn complex_weights_are_factors_on_fields() {
     );
     let term = |layer: &str| format!("[{{ {} }}]", layer.replace('\n', ", "));
     let terms = format!("terms = [{}, {}]", term(lens), term(grating));
-    let sum = field(
-        PLANE,
-        &format!("kind = \"sum\"\nweights = [0.5, [0.3, -0.8]]\n{terms}"),
-    );
-    let (a, b) = (field(PLANE, lens), field(PLANE, grating));
+    let weighted = |weights: &str| {
+        field(
+            PLANE,
+            &format!("kind = \"sum\"\nweights = [{weights}]\n{terms}"),
+        )
+    };
+    let (a, b) = (weighted("1, 0"), weighted("0, 1"));
+    for (term, layer) in [(&a, lens), (&b, grating)] {
+        let error = distance(term, &field(PLANE, layer));
+        assert!(error < 1e-6, "{layer}: {error:e}");
+    }
+    let sum = weighted("0.5, [0.3, -0.8]");
     let expected = Field {
         values: &a.values * Complex64::from(0.5) + &b.values * Complex64::new(0.3, -0.8),
         ..a

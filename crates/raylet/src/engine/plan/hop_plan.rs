@@ -148,7 +148,10 @@ fn choose(
     if settings.method == Method::Auto
         && let Some(free) = free_hop(hop, from, to, light.chief, settings)
     {
-        let plan = free.plan(from, to);
+        let plane = hop.from.is_plane() && hop.to.is_plane();
+        let layers = if plane { 1 } else { CURVED_LAYERS };
+        let cheap = cheap_directions(settings.target_error) / layers;
+        let (free, plan) = widest(free, from, to, cheap);
         check_directions(hop, &plan, settings)?;
         return Ok(Plan::Free(free, plan));
     }
@@ -228,6 +231,37 @@ fn pitch_of(screen: &Screen) -> Option<[f64; 2]> {
         ScreenKind::Sensor(sensor) => Some(sensor.pitch),
         _ => None,
     }
+}
+
+/// Plane waves that cost little for an error of 1e-3: a free hop whose period may grow takes the widest one within
+/// them.
+const CHEAP_DIRECTIONS: f64 = 3e6;
+
+/// Plane waves that cost little for an error: less exact fields are also to be quicker.
+fn cheap_directions(target_error: f64) -> usize {
+    (CHEAP_DIRECTIONS * (1e-3 / target_error).min(1.0).powi(2)) as usize
+}
+
+/// Transforms that a curved screen needs, roughly.
+const CURVED_LAYERS: usize = 20;
+
+/// Periods tried in turn, over the sum of the half widths.
+const PADDINGS: [f64; 3] = [12.0, 8.0, 6.0];
+
+/// The free hop with the widest period that is cheap, or with its own.
+fn widest(free: FreeHop, from: [f64; 4], to: [f64; 4], cheap: usize) -> (FreeHop, FreePlan) {
+    for padding in PADDINGS {
+        let wider = FreeHop {
+            padding: padding.max(free.padding),
+            ..free.clone()
+        };
+        let plan = wider.plan(from, to);
+        if plan.bands[0].count.saturating_mul(plan.bands[1].count) <= cheap {
+            return (wider, plan);
+        }
+    }
+    let plan = free.plan(from, to);
+    (free, plan)
 }
 
 /// The plane waves of a free hop and one intermediate array must fit in memory.
