@@ -68,7 +68,6 @@ pub fn star_hologram(width: usize, aperture: f64, wavelength: f64) -> System {
         chief: [0.0; 2],
         padding: 4.0,
         clear: CLEAR,
-        closest: 1.0,
     };
     let bounds = [-half, half, -half, half];
     let raster = Raster {

@@ -174,22 +174,21 @@ pub(crate) fn sensor_of(system: &System) -> Result<&Sensor, SimulateError> {
 
 /// Largest |p| behind the screen that its nodes are to resolve for a plan.
 pub fn leaving(plan: &Plan) -> [f64; 2] {
+    if let Plan::Free(_, free) = plan {
+        return [0, 1].map(|a| free.largest()[a].min(free.reach[a]));
+    }
     let bands = plan.bands();
-    let largest = [0, 1].map(|a| {
+    [0, 1].map(|a| {
         let band = &bands[a];
         let last = band.count.max(1) - 1;
         band.at(0).abs().max(band.at(last).abs())
-    });
-    match plan {
-        Plan::Free(_, free) => [0, 1].map(|a| largest[a].min(free.reach[a])),
-        Plan::Beamlets(_) | Plan::Planes(_) | Plan::Paper(_) => largest,
-    }
+    })
 }
 
 /// Largest |p| of the light that a plan brings to the next screen.
 pub(crate) fn arrival_reach(hop: &Hop, plan: &Plan) -> [f64; 2] {
     match plan {
-        Plan::Free(..) => leaving(plan).map(|p| p.min(hop.to.index)),
+        Plan::Free(_, free) => free.largest().map(|p| p.min(hop.to.index)),
         Plan::Beamlets(beamlets) => beamlets.arriving,
         Plan::Planes(planes) => planes.arriving,
         Plan::Paper(paper) => paper.arriving,

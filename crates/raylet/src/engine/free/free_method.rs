@@ -78,11 +78,7 @@ impl FreeMethod {
     pub(crate) fn reach(&self, hop: &Hop, from: [f64; 4], to: [f64; 4]) -> ([f64; 2], [f64; 2]) {
         match self {
             FreeMethod::AngularSpectrum(_, plan) => {
-                let largest = [0, 1].map(|a| {
-                    let band = &plan.bands[a];
-                    let last = band.count.max(1) - 1;
-                    band.at(0).abs().max(band.at(last).abs())
-                });
+                let largest = plan.largest();
                 (largest, largest.map(|p| p.min(hop.to.index)))
             }
             FreeMethod::RayleighSommerfeld(sight) => (sight.leaving, sight.arriving),

@@ -151,7 +151,10 @@ fn choose(
         let plane = hop.from.is_plane() && hop.to.is_plane();
         let layers = if plane { 1 } else { CURVED_LAYERS };
         let cheap = cheap_directions(settings.target_error) / layers;
-        let (free, plan) = widest(free, from, to, cheap);
+        let (free, mut plan) = widest(free, from, to, cheap);
+        if !plane {
+            plan.reach = plan.largest();
+        }
         check_directions(hop, &plan, settings)?;
         return Ok(Plan::Free(free, plan));
     }
@@ -242,13 +245,16 @@ fn cheap_directions(target_error: f64) -> usize {
     (CHEAP_DIRECTIONS * (1e-3 / target_error).min(1.0).powi(2)) as usize
 }
 
+/// The least period between screens of which one is curved, over the sum of the half widths.
+const LEAST_OF_CURVED: f64 = 4.0;
+
 /// Transforms that a curved screen needs, roughly.
 const CURVED_LAYERS: usize = 20;
 
 /// Periods tried in turn, over the sum of the half widths.
 const PADDINGS: [f64; 3] = [12.0, 8.0, 6.0];
 
-/// The free hop with the widest period that is cheap, or with its own.
+/// The free hop with the widest period that is cheap, with nodes that resolve all its plane waves, or with its own.
 fn widest(free: FreeHop, from: [f64; 4], to: [f64; 4], cheap: usize) -> (FreeHop, FreePlan) {
     for padding in PADDINGS {
         let wider = FreeHop {
@@ -257,7 +263,8 @@ fn widest(free: FreeHop, from: [f64; 4], to: [f64; 4], cheap: usize) -> (FreeHop
         };
         let plan = wider.plan(from, to);
         if plan.bands[0].count.saturating_mul(plan.bands[1].count) <= cheap {
-            return (wider, plan);
+            let reach = plan.largest();
+            return (wider, FreePlan { reach, ..plan });
         }
     }
     let plan = free.plan(from, to);
@@ -342,14 +349,16 @@ pub(crate) fn free_hop(
     if !hop.train.iter().all(open) {
         return None;
     }
+    // What levels of height hold has directions of its own, which the rule for planes does not know.
+    let plane = hop.from.is_plane() && hop.to.is_plane();
+    let least = if plane { 2.0 } else { LEAST_OF_CURVED };
     Some(FreeHop {
         k: hop.wavenumber(),
         slabs: slabs(hop)?,
         offset: [target.x, target.y],
         chief,
-        padding: settings.padding.max(2.0),
+        padding: settings.padding.max(least),
         clear: clear_for(settings.target_error),
-        closest: closest(hop, target.z),
     })
 }
 
@@ -398,40 +407,16 @@ fn slabs(hop: &Hop) -> Option<Vec<Slab>> {
 /// Deepest relief of a curved screen that is taken apart into levels, in wavelengths.
 const DEEPEST: f64 = 60.0;
 
-/// The least distance of points of both screens over `target`, that of their origins; zero where plates stand before or behind
-/// a curved screen.
-fn closest(hop: &Hop, target: f64) -> f64 {
-    if hop.from.is_plane() && hop.to.is_plane() {
-        return 1.0;
-    }
-    let distance = hop.from.leaves() * target;
-    match facing(hop) {
-        Some([front, back]) if hop.train.is_empty() && distance > 0.0 => {
-            ((distance + back - front) / distance).clamp(0.0, 1.0)
-        }
-        _ => 0.0,
-    }
-}
-
-/// How far the first screen reaches towards the second one, and the least that the second one reaches away from it, in mm.
-fn facing(hop: &Hop) -> Option<[f64; 2]> {
-    let (from, to) = (hop.from.relief()?, hop.to.relief()?);
-    Some(match hop.from.leaves() > 0.0 {
-        true => [from.high, to.low],
-        false => [-from.low, -to.high],
-    })
-}
-
 /// Whether curved screens keep clear of the first plane behind the first one, at `next`, and of each
 /// other, and are shallow.
 fn clears(hop: &Hop, next: f64, target: f64) -> bool {
-    let (Some(from), Some(to), Some([front, back])) =
-        (hop.from.relief(), hop.to.relief(), facing(hop))
-    else {
+    let (Some(from), Some(to)) = (hop.from.relief(), hop.to.relief()) else {
         return false;
     };
     let deepest = DEEPEST * hop.wavelength;
     let leaves = hop.from.leaves();
+    let front = if leaves > 0.0 { from.high } else { -from.low };
+    let back = if leaves > 0.0 { to.low } else { -to.high };
     let shallow = from.high - from.low <= deepest && to.high - to.low <= deepest;
     shallow && front <= leaves * next && front <= leaves * target + back
 }

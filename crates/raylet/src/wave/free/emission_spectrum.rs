@@ -315,7 +315,6 @@ mod tests {
             chief: [0.1, 0.0],
             padding: 4.0,
             clear: CLEAR,
-            closest: 1.0,
         }
     }
 

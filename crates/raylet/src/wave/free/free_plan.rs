@@ -23,8 +23,8 @@ pub struct FreePlan {
     pub span: [f64; 2],
     /// Lattice of directions along each axis.
     pub bands: [Band; 2],
-    /// Largest |p| along each axis that leads from the screen to the target, with some of the taper's range. Nodes of both screens
-    /// need not resolve steeper light, though the plane waves have more directions.
+    /// Largest |p| along each axis that the screen's nodes resolve: of the light that reaches the target, with some of the taper's
+    /// range, or of all plane waves.
     pub reach: [f64; 2],
     /// Σ thickness/index of the slabs, in mm.
     pub depth: f64,
@@ -53,6 +53,14 @@ impl FreePlan {
         let (span, period) = (self.span[axis], self.period[axis]);
         let zone = zone_width(self.wavelength, self.depth, span);
         [span / zone, (period - 2.0 * span) / zone]
+    }
+
+    /// Largest |p| of its plane waves along each axis.
+    pub(crate) fn largest(&self) -> [f64; 2] {
+        (self.bands.each_ref()).map(|band| {
+            let last = band.count.max(1) - 1;
+            band.at(0).abs().max(band.at(last).abs())
+        })
     }
 
     /// The landing offsets along an axis, in mm, up to which all light is kept, and from which on none is.

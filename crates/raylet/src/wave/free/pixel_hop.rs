@@ -95,7 +95,6 @@ impl PixelHop {
             chief: [0.0; 2],
             padding: PADDING,
             clear: CLEAR,
-            closest: 1.0,
         };
         let ([x0, x1], [y0, y1]) = (grid.x.edges(), grid.y.edges());
         let plan = lattice(&free, [x0, x1, y0, y1], target, pitch);

@@ -34,11 +34,12 @@ pub struct FreeHop {
     /// The least P − 2W in widths of a Fresnel zone, [`FreePlan::zones`]. The taper falls over directions that land between
     /// W and P − W: the narrower this range, the more the taper blurs the arriving light.
     pub clear: f64,
-    /// The least distance of points of both screens, as a share of the slabs' thickness: one between planes.
-    pub closest: f64,
 }
 
-/// The part of the taper's range whose directions the nodes of screens are to resolve: they do not lead to the target.
+/// A period of this many times W leaves enough for steep light at any distance.
+const CLEARS_STEEP: f64 = 4.0;
+
+/// The part of the taper's range whose directions the nodes of a screen are to resolve: they do not lead to the target.
 const RESOLVED_TAPER: f64 = 0.2;
 
 /// [`FreeHop::clear`] for an error of 1e-3. Behind random pixels errors are 4e-4 to 1.3e-3 where W is half a zone, 8e-5 where
@@ -93,7 +94,10 @@ impl FreeHop {
             let low = to[2 * a] + self.offset[a] - from[2 * a + 1];
             let high = to[2 * a + 1] + self.offset[a] - from[2 * a];
             let span = 0.5 * (high - low).max(0.0) + (0.5 * (high + low)).abs();
-            let zone = zone_width(wavelength, depth, span);
+            let zone = match self.padding < CLEARS_STEEP {
+                true => zone_width(wavelength, depth, span),
+                false => (wavelength * depth).sqrt(),
+            };
             let cleared = |clear: f64| (self.padding * span).max(2.0 * span + clear * zone);
             let usual = cleared(self.clear.min(CLEAR));
             let wider = cleared(self.clear);
@@ -115,7 +119,7 @@ impl FreeHop {
         let reach = |a: usize| {
             let [full, none] = plan.taper(a);
             let resolved = full + RESOLVED_TAPER * (none - full);
-            self.direction_to(resolved / self.closest.max(0.0), lowest)
+            self.direction_to(resolved, lowest)
         };
         FreePlan {
             reach: [reach(0), reach(1)],
@@ -331,7 +335,6 @@ mod tests {
             chief: [0.0; 2],
             padding: 4.0,
             clear: CLEAR,
-            closest: 1.0,
         };
         let raster = Raster {
             start: [axis.node(0); 2],
@@ -370,7 +373,6 @@ mod tests {
             chief: [0.0, 0.0],
             padding: 4.0,
             clear: CLEAR,
-            closest: 1.0,
         };
         let raster = Raster {
             start: [-0.4, -0.4],
@@ -410,7 +412,6 @@ mod tests {
             chief: [0.1, 0.0],
             padding: 4.0,
             clear: CLEAR,
-            closest: 1.0,
         };
         let raster = Raster {
             start: [-4.0, -5.0],
