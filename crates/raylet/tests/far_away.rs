@@ -1,9 +1,13 @@
-//! Small screens far apart: the light has spread over much more than either when it arrives.
+//! Discs of light behind a stop, on the axis in closed form: small screens far apart, where light has spread over much more than
+//! either when it arrives, and wide ones.
 
 use std::path::Path;
 
 use num_complex::Complex64;
+use raylet::engine::chain::outcome::Outcome;
 use raylet::engine::chain::simulate::simulate;
+use raylet::engine::plan::hop_method::HopMethod;
+use raylet::engine::plan::hop_plan::Plan;
 use raylet::engine::plan::settings::Settings;
 use raylet::file::model::build;
 use raylet::file::scene::scene_file::Scene;
@@ -20,19 +24,70 @@ fn exact(wavelength: f64, radius: f64, z: f64) -> Complex64 {
 #[test]
 fn a_disc_far_away_is_as_in_closed_form() {
     for z in [20.0, 300.0, 1e3, 1e4] {
-        let coarse = error(z, 1e-3);
+        let coarse = error(z, 1e-3, &SMALL);
         assert!(coarse < 3e-4, "z = {z}: {coarse:e}");
-        let fine = error(z, 1e-5);
+        let fine = error(z, 1e-5, &SMALL);
         assert!(fine < 1e-4, "z = {z}: {fine:e}");
     }
 }
 
+/// Screens so wide that a long period would have too many plane waves: the period leaves some Fresnel zones beside them, and
+/// nodes resolve the light that reaches the sensor.
+#[test]
+fn a_wide_disc_is_as_in_closed_form() {
+    let outcome = run(50.0, 1e-3, &WIDE);
+    let HopMethod::WholeField(Plan::Free(_, plan)) = &outcome.hops[0].method else {
+        panic!("a free hop");
+    };
+    let [span, period] = [plan.span[0], plan.period[0]];
+    assert!(period < 3.2 * span, "{period} {span}");
+    assert!(plan.reach[0] < 0.75 * plan.bands[0].at(0).abs());
+    let error = on_the_axis(&outcome, 50.0, &WIDE);
+    let expected = outcome.expected_error().unwrap();
+    assert!(error < 2e-5 && expected < 2e-5, "{error:e} {expected:e}");
+}
+
+/// A stop and a sensor: the radius in mm, pixels along each side and their pitch in µm.
+struct Sizes {
+    radius: f64,
+    pixels: usize,
+    pitch_um: f64,
+}
+
+const SMALL: Sizes = Sizes {
+    radius: 0.1,
+    pixels: 5,
+    pitch_um: 1.0,
+};
+
+const WIDE: Sizes = Sizes {
+    radius: 1.0,
+    pixels: 251,
+    pitch_um: 8.0,
+};
+
 /// The relative error on the axis with this target error.
-fn error(z: f64, target_error: f64) -> f64 {
+fn error(z: f64, target_error: f64, sizes: &Sizes) -> f64 {
+    on_the_axis(&run(z, target_error, sizes), z, sizes)
+}
+
+fn on_the_axis(outcome: &Outcome, z: f64, sizes: &Sizes) -> f64 {
+    let middle = sizes.pixels / 2;
+    let seen = outcome.field.values[[middle; 2]];
+    let exact = exact(0.5e-3, sizes.radius, z);
+    (seen - exact).norm() / exact.norm()
+}
+
+fn run(z: f64, target_error: f64, sizes: &Sizes) -> Outcome {
+    let Sizes {
+        radius,
+        pixels,
+        pitch_um,
+    } = sizes;
     let text = format!(
         "version = 1\nwavelength_um = 0.5\nsource = {{ kind = \"plane\" }}\n\
-         [[element]]\nkind = \"stop\"\nthickness_mm = {z:?}\naperture = {{ disc = {{ radius_mm = 0.1 }} }}\n\
-         [[element]]\nkind = \"sensor\"\npixels = [5, 5]\npitch_um = 1.0\n"
+         [[element]]\nkind = \"stop\"\nthickness_mm = {z:?}\naperture = {{ disc = {{ radius_mm = {radius:?} }} }}\n\
+         [[element]]\nkind = \"sensor\"\npixels = [{pixels}, {pixels}]\npitch_um = {pitch_um:?}\n"
     );
     let scene = Scene::parse(&text, Path::new("far.toml")).unwrap();
     let system = build::system(&scene, 0).unwrap();
@@ -40,7 +95,5 @@ fn error(z: f64, target_error: f64) -> f64 {
         target_error,
         ..Settings::default()
     };
-    let outcome = simulate(&system, &settings, &|_| {}).unwrap();
-    let (seen, exact) = (outcome.field.values[[2, 2]], exact(0.5e-3, 0.1, z));
-    (seen - exact).norm() / exact.norm()
+    simulate(&system, &settings, &|_| {}).unwrap()
 }
