@@ -31,7 +31,7 @@ pub struct FreeHop {
     pub chief: [f64; 2],
     /// The least period P over W, the sum of the half widths of screen and target; at least 2.
     pub padding: f64,
-    /// The least P − 2W in widths of a Fresnel zone, [`FreePlan::zones`]. The taper falls over directions that land between
+    /// The least P − 2W in widths of a Fresnel zone of light that lands W away. The taper falls over directions that land between
     /// W and P − W: the narrower this range, the more the taper blurs the arriving light.
     pub clear: f64,
 }
