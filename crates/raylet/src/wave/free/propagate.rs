@@ -1,7 +1,7 @@
 //! Hops that need no rays: from a plane or curved screen to a parallel plane, through homogeneous or
 //! plane-parallel media.
 //!
-//! Band-limited angular spectrum. The plane waves of a period P much larger than both screens are summed
+//! Band-limited angular spectrum. The plane waves of a period P larger than both screens are summed
 //! with the pixel's own spectrum (the nodes integrate the box pixels), and a taper over landing offsets
 //! removes the directions whose periodic copies would reach the target (after Matsushima and Shimobaba,
 //! Opt. Express 17, 19662, 2009, who cut where this tapers).
