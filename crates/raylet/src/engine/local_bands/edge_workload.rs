@@ -200,6 +200,8 @@ pub(crate) fn edge_area(
         half_band: [window_half_band(plan.step, settings.threshold) / (k * plan.sigma); 2],
         edge_pitch: plan.sigma / settings.edge_nodes,
         pixel_part: side,
+        part_error: 1.0,
+        spread: [0.0; 2],
         reach: [far(0), far(1)],
         k,
         values_allowed: settings.values_allowed() as f64,

@@ -13,7 +13,7 @@ use crate::wave::beamlet::wavelet::Arrival;
 use crate::wave::grid::field::Axis;
 use crate::wave::local_bands::carrier::Carrier;
 use crate::wave::local_bands::gather::Gather;
-use crate::wave::local_bands::local_band::{WindowBlock, bright_amplitude};
+use crate::wave::local_bands::local_band::{Spread, WindowBlock, bright_amplitude};
 use crate::wave::local_bands::tiling::raster;
 
 /// The directions of a source are looked at so many σ beyond the corners of a tile: there its windows are weak.
@@ -59,7 +59,7 @@ pub(crate) struct TileLight<'a> {
     /// The wave that runs along with it.
     pub carrier: Carrier,
     /// How far its directions differ from the carrier's.
-    pub spread: [f64; 2],
+    pub spread: Spread,
 }
 
 impl HeldBeamlets {
@@ -165,7 +165,7 @@ impl<'a> ArrivingLight<'a> {
                 ];
                 let fading = source.spread_at(screen.frame.origin, k * screen.index) * screen.index;
                 let widest = |a: usize| corners.iter().fold(0.0f64, |m, c| m.max(c[a]));
-                let spread = [0, 1].map(|a| widest(a) + fading);
+                let spread = Spread::even([0, 1].map(|a| widest(a) + fading));
                 Some(TileLight {
                     light: *self,
                     selected: Vec::new(),

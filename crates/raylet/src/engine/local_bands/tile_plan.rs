@@ -31,6 +31,10 @@ const SEEN: f64 = 3.0;
 /// Parts of pixels are at most this share of σ wide.
 const PIXEL_PART: f64 = 0.16;
 
+/// The error that light which is not linear over these parts may cause along each axis, as a share of that which plane waves that
+/// are left out may cause.
+const PART_ERROR: f64 = 0.5;
+
 /// What all tiles of a screen share.
 pub(crate) struct TileRun<'a> {
     /// The hop from the screen.
@@ -239,7 +243,7 @@ impl<'a> TileRun<'a> {
             sigma: self.shape.sigma,
         };
         let band = self.window_half_band();
-        let own = [0, 1].map(|a| light.spread[a] + shift[a].abs() + band);
+        let own = [0, 1].map(|a| light.spread.largest[a] + shift[a].abs() + band);
         let found = directions_onward(self.hop, &start, self.target, self.onward, own)?;
         Some(TargetedWindow {
             window,
@@ -262,7 +266,7 @@ impl<'a> TileRun<'a> {
     fn area(&self, tile: &Tile, light: &TileLight, targeted: &[TargetedWindow]) -> TileArea {
         let (k, sigma) = (self.k(), self.shape.sigma);
         let window = self.window_half_band();
-        let half_band = light.spread.map(|spread| spread + window);
+        let half_band = light.spread.largest.map(|spread| spread + window);
         let pitch = half_band.map(|band| sample_pitch(band, self.hop.wavelength));
         TileArea {
             bounds: grown(self.tiling.centres(tile), SEEN * sigma),
@@ -270,6 +274,8 @@ impl<'a> TileRun<'a> {
             half_band,
             edge_pitch: sigma / self.settings.edge_nodes,
             pixel_part: PIXEL_PART * sigma,
+            part_error: PART_ERROR * self.settings.dropped.unwrap_or(self.settings.threshold),
+            spread: light.spread.usual,
             reach: reach_of(targeted, self.settings.seen_edge()),
             k,
             values_allowed: self.settings.values_allowed() as f64,

@@ -5,6 +5,7 @@ use crate::optics::doe::{Doe, Layer, Term};
 use crate::optics::phase::profile::Profile;
 use crate::wave::grid::field::Axis;
 use crate::wave::local_bands::carrier::Carrier;
+use crate::wave::local_bands::pixel_parts::LightOverParts;
 
 /// The phase of an element, or of a stop, which has none.
 #[derive(Clone, Debug)]
@@ -26,14 +27,30 @@ pub(crate) struct TileArea {
     pub half_band: [f64; 2],
     /// Largest pitch of nodes where the element has edges, in mm.
     pub edge_pitch: f64,
-    /// Widest part of a pixel over which the light of a window is linear, in mm.
+    /// Widest part of a pixel over which the light of a smooth wave under a window is linear, in mm.
     pub pixel_part: f64,
+    /// The relative error that light which is not linear over parts of pixels may cause, along each axis.
+    pub part_error: f64,
+    /// Root mean square direction of the arriving light beside its carrier.
+    pub spread: [f64; 2],
     /// Largest direction beside the arriving light's in which plane waves are computed.
     pub reach: [f64; 2],
     /// Vacuum wavenumber in rad/mm.
     pub k: f64,
     /// Complex values that an array may have.
     pub values_allowed: f64,
+}
+
+impl TileArea {
+    /// What the light asks of the parts of pixels along an axis.
+    pub(crate) fn over_parts(&self, a: usize) -> LightOverParts {
+        LightOverParts {
+            spread: self.spread[a],
+            reach: self.reach[a],
+            k: self.k,
+            allowed: self.part_error,
+        }
+    }
 }
 
 /// Pitches of the nodes from a singular point beyond which its slopes are resolved.

@@ -7,12 +7,13 @@ use crate::optics::aperture::{Aperture, Outline};
 use crate::optics::doe::Layer;
 use crate::optics::pixels::pixel_grid::{PixelForm, Pixels};
 use crate::optics::screen::{Screen, ScreenKind};
-use crate::wave::grid::field::{Axis, CellPart};
+use crate::wave::grid::field::Axis;
 use crate::wave::local_bands::carrier::Carrier;
 use crate::wave::local_bands::edge_mask::{PASSBAND, REACH};
 use crate::wave::local_bands::element_phase::{ElementPhase, TileArea, is_phase};
 use crate::wave::local_bands::fourier_axis::CellFilter;
 use crate::wave::local_bands::open_nodes::OpenNodes;
+use crate::wave::local_bands::pixel_parts::{NODES_OF_PART, gapped_cell};
 use crate::wave::local_bands::reused_array;
 
 /// An element, or the aperture of a stop, as local bands see it.
@@ -86,9 +87,6 @@ const PITCHES: f64 = 4.0;
 
 /// Most parts of a pixel along each axis that its edges ask for; the light in it may ask for more.
 const MOST_PARTS: f64 = 16.0;
-
-/// Gauss nodes along each axis of a part of a box pixel.
-const NODES_OF_BOX: usize = 2;
 
 impl<'a> Element<'a> {
     /// The element of a screen; nothing where layers are of a kind that has no local samples.
@@ -285,17 +283,25 @@ impl<'a> Element<'a> {
             let last = (high / own + half).ceil().clamp(0.0, count as f64);
             let middle = (0.5 * (first + last) - half) * own;
             let side = self.phase.doe.map_or(1.0, |doe| doe.active_sides()[a]);
-            let fine = (NODES_OF_BOX as f64 * pitch).max(own / MOST_PARTS);
-            let part = area.pixel_part.min(fine);
+            let fine = (NODES_OF_PART as f64 * pitch).max(own / MOST_PARTS);
+            let light = area.over_parts(a);
+            let linear = match pixels.form {
+                // Its own band: half a turn from pixel to pixel.
+                PixelForm::BandLimited => light.times_band(std::f64::consts::PI / (area.k * own)),
+                PixelForm::Box | PixelForm::Point | PixelForm::Bilinear => light,
+            };
+            let linear = own / linear.parts(own);
+            let part = area.pixel_part.min(fine).min(linear);
             let (parts, nodes) = match pixels.form {
                 PixelForm::Point => (1.0, 1),
                 PixelForm::Box if side < 1.0 => {
                     let cell = gapped_cell(own, side, part);
                     return Axis::of_parts((last - first) as usize, own, middle, &cell);
                 }
-                PixelForm::Box => ((own / part).ceil(), NODES_OF_BOX),
+                PixelForm::Box => ((own / part).ceil(), NODES_OF_PART),
+                // A bilinear transmission has its kinks at the centres of pixels: between two parts.
                 PixelForm::Bilinear | PixelForm::BandLimited => {
-                    ((own / pitch.min(area.edge_pitch)).ceil(), 1)
+                    (2.0 * (0.5 * own / part).ceil(), NODES_OF_PART)
                 }
             };
             let cells = ((last - first) * parts) as usize;
@@ -316,24 +322,12 @@ impl<'a> Element<'a> {
     /// What the parts of cells do.
     pub(super) fn filter(&self) -> CellFilter {
         match self.pixels.map(|pixels| pixels.form) {
-            Some(PixelForm::Box) => CellFilter::Pairs,
-            Some(PixelForm::Point | PixelForm::Bilinear | PixelForm::BandLimited) | None => {
-                CellFilter::Points
+            Some(PixelForm::Box | PixelForm::Bilinear | PixelForm::BandLimited) => {
+                CellFilter::Pairs
             }
+            Some(PixelForm::Point) | None => CellFilter::Points,
         }
     }
-}
-
-/// The parts of a box pixel of this pitch with a gap around its active area, none wider than `part`.
-fn gapped_cell(pitch: f64, side: f64, part: f64) -> Vec<CellPart> {
-    let parts = |width: f64| {
-        let count = (width / part).ceil();
-        let width = width / count;
-        let nodes = NODES_OF_BOX;
-        vec![CellPart { width, nodes }; count as usize]
-    };
-    let gap = parts(0.5 * (1.0 - side) * pitch);
-    [gap.clone(), parts(side * pitch), gap].concat()
 }
 
 /// The pitch of nodes along an axis at which the light of an edge is computed in all directions that lead to the target. It
@@ -432,6 +426,8 @@ mod tests {
             half_band: [0.01; 2],
             edge_pitch: 0.04,
             pixel_part: 0.06,
+            part_error: 1e-3,
+            spread: [1e-3; 2],
             reach: [0.02; 2],
             k: 6e3,
             values_allowed: 1e6,

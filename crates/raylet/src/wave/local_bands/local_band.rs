@@ -44,6 +44,23 @@ pub(crate) struct WindowBlock {
     pub bright: f64,
 }
 
+/// How far directions of light differ from those of its carrier along x and y.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Spread {
+    /// Nearly the largest departure of all that the windows see.
+    pub largest: [f64; 2],
+    /// The root mean square by energy.
+    pub usual: [f64; 2],
+}
+
+impl Spread {
+    /// That of light that is even over its directions.
+    pub(crate) fn even(largest: [f64; 2]) -> Self {
+        let usual = largest.map(|side| side / 3f64.sqrt());
+        Self { largest, usual }
+    }
+}
+
 impl WindowBlock {
     /// Amplitude with which the windows see a beamlet.
     fn strength(&self, arrival: &Arrival) -> f64 {
@@ -55,24 +72,29 @@ impl WindowBlock {
         arrival.amplitude.norm() * (-far).exp()
     }
 
-    /// How far directions of beamlets differ from the carrier's along x and y: nearly the largest departure of all
-    /// that the windows see.
-    pub(crate) fn spread(&self, arrivals: &[Arrival], carrier: &Carrier) -> [f64; 2] {
+    /// How far directions of beamlets differ from the carrier's along x and y.
+    pub(crate) fn spread(&self, arrivals: &[Arrival], carrier: &Carrier) -> Spread {
         let strengths: Vec<f64> = arrivals.iter().map(|a| self.strength(a)).collect();
         let strongest = strengths.iter().fold(DARK * self.bright, |a, b| a.max(*b));
         let mut departures = [Vec::new(), Vec::new()];
+        let (mut energy, mut squares) = (0.0, [0.0; 2]);
         for (arrival, strength) in arrivals.iter().zip(strengths) {
-            if strength > self.threshold * strongest {
-                for (list, departure) in departures.iter_mut().zip(carrier.departure(arrival)) {
-                    list.push(departure.abs());
+            let departure = carrier.departure(arrival);
+            energy += strength * strength;
+            for (a, departure) in departure.into_iter().enumerate() {
+                squares[a] += (strength * departure).powi(2);
+                if strength > self.threshold * strongest {
+                    departures[a].push(departure.abs());
                 }
             }
         }
-        departures.map(|mut list| {
+        let largest = departures.map(|mut list| {
             let place = (HELD * list.len().saturating_sub(1) as f64).ceil() as usize;
             list.sort_by(f64::total_cmp);
             list.get(place).copied().unwrap_or(0.0)
-        })
+        });
+        let usual = squares.map(|sum| (sum / energy.max(f64::MIN_POSITIVE)).sqrt());
+        Spread { largest, usual }
     }
 }
 

@@ -14,6 +14,7 @@
 //! | `element_samples` | The transmission of an element at the nodes of one tile |
 //! | `element_values` | The same by rows: phases alone, pixels alone, or anything |
 //! | `open_nodes` | What an aperture leaves open at the nodes of one tile |
+//! | `pixel_parts` | The parts of a pixel over which arriving light is linear |
 //! | `reused_array` | Large arrays of a tile, whose memory the next tile uses again |
 //! | `fourier_axis` | What Fourier sums along one axis of a window are about |
 //! | `fourier_matrix` | Fourier sums from nodes to plane waves, as a matrix |
@@ -34,6 +35,7 @@ pub(crate) mod fourier_matrix;
 pub(crate) mod gather;
 pub(crate) mod local_band;
 pub(crate) mod open_nodes;
+pub(crate) mod pixel_parts;
 pub(crate) mod reused_array;
 pub(crate) mod tiling;
 pub(crate) mod window_transform;
