@@ -19,12 +19,13 @@ pub(crate) fn taps(place: f64) -> (i64, [f64; TAPS]) {
     let half = 0.5 * TAPS as f64;
     let below = place.floor();
     let (first, within) = (below as i64 + 1 - TAPS as i64 / 2, place - below);
-    if within == 0.0 {
-        return (first, std::array::from_fn(|n| f64::from(n + 1 == TAPS / 2)));
-    }
     let sine = (PI * within).sin() / PI;
     let weight = |n: usize| {
         let t = within + half - 1.0 - n as f64;
+        // At a sample; a place just below one is rounded to it.
+        if t == 0.0 {
+            return 1.0;
+        }
         let sign = if (n + TAPS / 2) % 2 == 1 { 1.0 } else { -1.0 };
         let inside = (1.0 - (t / half).powi(2)).max(0.0).sqrt();
         sign * sine / t * (FALL * (inside - 1.0)).exp()
@@ -84,6 +85,19 @@ mod tests {
     use num_complex::Complex64;
 
     use crate::math::band_limit::{TAPS, taps, twice_sampled};
+
+    /// At a sample it has all the weight. Just below one the distance from the last sample is rounded to a whole step: these
+    /// weights were once no numbers.
+    #[test]
+    fn a_sample_has_all_the_weight_at_its_place() {
+        for place in [0.0, -1e-17, 4.0, 3.0 - 1e-16] {
+            let (first, weights) = taps(place);
+            for (n, weight) in (first..).zip(weights) {
+                let expected = f64::from(n == place.round() as i64);
+                assert!((weight - expected).abs() < 1e-15, "{place}: {n} {weight}");
+            }
+        }
+    }
 
     /// Waves up to half the Nyquist frequency between their samples, and those that are sampled exactly.
     #[test]

@@ -181,11 +181,15 @@ impl PixelLine<'_> {
 
 #[cfg(test)]
 mod tests {
-    use crate::fixtures::parts::{element, screen};
+    use num_complex::Complex64;
+
+    use crate::fixtures::noise::noise;
+    use crate::fixtures::parts::{element, pixel_layer, screen};
     use crate::optics::aperture::Aperture;
     use crate::optics::doe::Layer;
     use crate::optics::frame::Frame;
     use crate::optics::phase::profile::Profile;
+    use crate::optics::pixels::pixel_grid::PixelForm;
     use crate::optics::screen::ScreenKind;
     use crate::wave::grid::field::Axis;
     use crate::wave::local_bands::carrier::Carrier;
@@ -218,6 +222,41 @@ mod tests {
                 (value - expected).norm() < 1e-11,
                 "{at:?}: {value} {expected}"
             );
+        }
+    }
+    /// A phase may overflow outside the opening, where nothing is lit: the values there are zero, alone and with pixels.
+    #[test]
+    fn a_phase_that_is_no_number_outside_stays_dark() {
+        let steep = Profile::Polynomial {
+            radius: 0.1,
+            terms: vec![([400, 0], 1.0)],
+        };
+        assert!(steep.phase(1.0, 0.0).is_infinite());
+        let pixels = pixel_layer(noise((40, 40), 0), 0.05, PixelForm::Box);
+        let pairs = |cells: usize| Axis::gauss(cells, 0.005, 0.0, 2);
+        let even = |count: usize| Axis::uniform(count, 0.004, 0.0);
+        for (layers, nodes) in [
+            (vec![], [even(500), even(50)]),
+            (vec![pixels], [pairs(400), pairs(40)]),
+        ] {
+            let mut doe = element(Layer::Phase(steep.clone()), Aperture::disc(0.09));
+            doe.layers.extend(layers);
+            let screen = screen(Frame::GLOBAL, ScreenKind::Doe(doe));
+            let element = Element::of(&screen).unwrap();
+            let none = [0.0; 2];
+            let carrier = Carrier {
+                at: none,
+                p: none,
+                q: [0.0; 3],
+            };
+            let found = element.values(&nodes, &carrier, 9e3, true);
+            for ((j, i), value) in found.indexed_iter() {
+                let (x, y) = (nodes[0].node(i), nodes[1].node(j));
+                assert!(value.is_finite(), "{x} {y}");
+                assert!(x.abs() < 0.2 || *value == Complex64::ZERO, "{x} {y}");
+            }
+            let lit: f64 = found.iter().map(|value| value.norm_sqr()).sum();
+            assert!(lit > 1.0);
         }
     }
 }
