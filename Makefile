@@ -83,6 +83,9 @@ $(STUBS): $(VENV)/ready
 stubs: $(STUBS)
 	cp $(STUBS) python/raylet/_raylet.pyi
 
+# Pages whose snippets the tests run one by one: continuous integration does not run them again for its site.
+TESTED_PAGES = gallery_beams gallery_gratings gallery_imaging
+
 test-python: install
 	$(VENV)/bin/ruff format --check python fuzz benches
 	$(VENV)/bin/ruff check python fuzz benches
@@ -91,7 +94,7 @@ test-python: install
 	$(VENV)/bin/mypy
 	$(VENV)/bin/python -m mypy.stubtest raylet._raylet
 	$(VENV)/bin/$(PYTEST)
-	NO_MKDOCS_2_WARNING=1 $(VENV)/bin/mkdocs build --strict --quiet
+	RAYLET_TESTED_PAGES="$(TESTED_PAGES)" NO_MKDOCS_2_WARNING=1 $(VENV)/bin/mkdocs build --strict --quiet
 
 # One wheel for every Python from 3.10 on.
 WHEELS = out/wheels

@@ -33,6 +33,16 @@ def run(page: str, *headings: str) -> dict[str, Any]:
     return names
 
 
+def test_all_sections_of_tested_pages_are_run_here() -> None:
+    """Of pages that the site of continuous integration does not run again."""
+    tested = re.search(r"^TESTED_PAGES = (.*)$", (ROOT / "Makefile").read_text(), re.MULTILINE)
+    assert tested
+    source = (ROOT / "python" / "tests" / "test_gallery.py").read_text()
+    for page in tested.group(1).split():
+        for heading in re.findall(r"^## (.*)$", (GUIDE / f"{page}.md").read_text(), re.MULTILINE):
+            assert f'run("{page}", "{heading}")' in source, heading
+
+
 def test_lines_of_a_spectrometer_stand_where_the_grating_equation_sends_them() -> None:
     found = run("gallery_gratings", "A spectrometer")
     places = np.array(found["places"])
@@ -44,15 +54,13 @@ def test_lines_of_a_spectrometer_stand_where_the_grating_equation_sends_them() -
     assert found["rest"] < 0.006
 
 
-def test_orders_of_a_modulator_have_the_shares_of_its_staircase() -> None:
-    orders = np.array(run("gallery_gratings", "A modulator with a blazed grating")["orders"])
+def test_orders_of_a_modulator_have_the_shares_of_its_staircase_and_its_gaps() -> None:
+    found = run("gallery_gratings", "A modulator with a blazed grating")
+    orders = np.array(found["orders"])
     assert abs(orders[:, 0] - orders[:, 1]).max() < 1.1e-3
     assert abs(orders[:, 2] - orders[:, 3]).max() < 1e-3
 
-
-def test_orders_of_the_lattice_have_the_shares_of_its_gaps() -> None:
-    """The sensor sees 98 % of each order: so much of it is in the middle of its spot, as above."""
-    found = run("gallery_gratings", "A modulator with a blazed grating")
+    # The sensor sees 98 % of each order of the lattice: so much of it is in the middle of its spot, as above.
     shares = np.array(found["lattice"])
     assert abs(shares[:, 0] / shares[:, 1] - 0.98).max() < 0.015
 
