@@ -1,5 +1,7 @@
 //! The transmission of an element at the nodes of one tile, divided by the carrier that its smooth phase has there.
 
+use std::f64::consts::FRAC_PI_2;
+
 use ndarray::Array2;
 use num_complex::Complex64;
 
@@ -286,8 +288,8 @@ impl<'a> Element<'a> {
             let fine = (NODES_OF_PART as f64 * pitch).max(own / MOST_PARTS);
             let light = area.over_parts(a);
             let linear = match pixels.form {
-                // Its own band: half a turn from pixel to pixel.
-                PixelForm::BandLimited => light.times_band(std::f64::consts::PI / (area.k * own)),
+                // Its own band, of samples at twice the Nyquist rate: a quarter of a turn from pixel to pixel.
+                PixelForm::BandLimited => light.times_band(FRAC_PI_2 / (area.k * own)),
                 PixelForm::Box | PixelForm::Point | PixelForm::Bilinear => light,
             };
             let linear = own / linear.parts(own);
@@ -298,11 +300,9 @@ impl<'a> Element<'a> {
                     let cell = gapped_cell(own, side, part);
                     return Axis::of_parts((last - first) as usize, own, middle, &cell);
                 }
-                PixelForm::Box => ((own / part).ceil(), NODES_OF_PART),
+                PixelForm::Box | PixelForm::BandLimited => ((own / part).ceil(), NODES_OF_PART),
                 // A bilinear transmission has its kinks at the centres of pixels: between two parts.
-                PixelForm::Bilinear | PixelForm::BandLimited => {
-                    (2.0 * (0.5 * own / part).ceil(), NODES_OF_PART)
-                }
+                PixelForm::Bilinear => (2.0 * (0.5 * own / part).ceil(), NODES_OF_PART),
             };
             let cells = ((last - first) * parts) as usize;
             return Axis::gauss(cells, own / parts, middle, nodes);
