@@ -224,6 +224,7 @@ mod tests {
             );
         }
     }
+
     /// A phase may overflow outside the opening, where nothing is lit: the values there are zero, alone and with pixels.
     #[test]
     fn a_phase_that_is_no_number_outside_stays_dark() {
