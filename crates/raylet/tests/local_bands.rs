@@ -5,7 +5,7 @@ use std::ops::ControlFlow;
 use ndarray::Array2;
 use num_complex::Complex64;
 use raylet::engine::chain::forecast::forecast;
-use raylet::engine::chain::outcome::HopReport;
+use raylet::engine::chain::outcome::{HopReport, Outcome};
 use raylet::engine::chain::simulate::simulate;
 use raylet::engine::chain::simulate_error::SimulateError;
 use raylet::engine::local_bands::local_band_error::LocalBandError;
@@ -160,10 +160,30 @@ fn a_break_cancels_local_bands() {
     assert_eq!(run.err(), Some(SimulateError::Cancelled(Cancelled)));
 }
 
+/// The outcome of a system by a method.
+fn carried(system: &System, method: Method) -> Outcome {
+    let settings = Settings {
+        method,
+        ..Settings::default()
+    };
+    simulate(system, &settings, &|_| {}).unwrap()
+}
+
+/// The error of local bands beside whole fields without rays, which carry such systems to 1e-6, and the error that they expect.
+fn beside_whole_fields(system: &System) -> [f64; 2] {
+    let (exact, found) = (
+        carried(system, Method::Auto),
+        carried(system, Method::LocalBands),
+    );
+    let free = |hop: &HopReport| matches!(hop.method, HopMethod::WholeField(Plan::Free(..)));
+    assert!(exact.hops.iter().all(free));
+    let error = field_error(found.field.values.view(), exact.field.values.view()).unwrap();
+    [error, found.expected_error().unwrap()]
+}
+
 /// Random pixels 4.35λ wide in a disc of 50λ, a stop 342λ behind them, and a small sensor beside the axis 1086λ farther
-/// on: the stop's edge turns the light by up to 30°. Whole fields without rays carry it to 1e-6. Local bands were once 2.6e-3
-/// and 4.3e-3 off and expected 3e-4 and 5e-4: the nodes at the edge were too coarse for such directions, and their means over
-/// cells aliased.
+/// on: the stop's edge turns the light by up to 30°. Local bands were once 2.6e-3 and 4.3e-3 off and expected 3e-4 and 5e-4:
+/// the nodes at the edge were too coarse for such directions, and their means over cells aliased.
 #[test]
 fn edges_turn_light_by_large_angles() {
     let phase = |(j, i): (usize, usize)| Complex64::cis((7 * i * i + 3 * j * j + 5 * i * j) as f64);
@@ -187,18 +207,7 @@ fn edges_turn_light_by_large_angles() {
             ],
             vec![Vec::new(), Vec::new()],
         );
-        let carried = |method: Method| {
-            let settings = Settings {
-                method,
-                ..Settings::default()
-            };
-            simulate(&system, &settings, &|_| {}).unwrap()
-        };
-        let (exact, found) = (carried(Method::Auto), carried(Method::LocalBands));
-        let free = |hop: &HopReport| matches!(hop.method, HopMethod::WholeField(Plan::Free(..)));
-        assert!(exact.hops.iter().all(free));
-        let error = field_error(found.field.values.view(), exact.field.values.view()).unwrap();
-        let expected = found.expected_error().unwrap();
+        let [error, expected] = beside_whole_fields(&system);
         assert!(error < 1.3e-3, "radius {radius}: {error:e}");
         assert!(
             expected > 0.7 * error,
@@ -218,14 +227,10 @@ fn the_edge_of_a_stop_alone_lights_a_sensor_beside_the_light() {
             vec![screen(on_axis(0.0), stop), screen(beside, sensor(32, 2.0))],
             vec![Vec::new()],
         );
-        let carried = |method: Method| {
-            let settings = Settings {
-                method,
-                ..Settings::default()
-            };
-            simulate(&system, &settings, &|_| {}).unwrap()
-        };
-        let (exact, found) = (carried(Method::Auto), carried(Method::LocalBands));
+        let (exact, found) = (
+            carried(&system, Method::Auto),
+            carried(&system, Method::LocalBands),
+        );
         assert!(exact.expected_error().unwrap() < 1e-3);
         let error = field_error(found.field.values.view(), exact.field.values.view()).unwrap();
         let ratio = found.expected_error().unwrap() / error;
@@ -255,7 +260,7 @@ fn square(pixels: usize, pitch: f64, form: PixelForm) -> ScreenKind {
 
 /// Light of pixels changes within a pixel of the next element. Local bands once took it for linear there: behind 120² pixels
 /// 8λ wide the field was 4.9e-3 off, and 5e-4 was expected. Bilinear pixels had as many nodes as a smooth phase and were up to
-/// 1.4e-2 off. Whole fields without rays carry these systems to 1e-6.
+/// 1.4e-2 off.
 #[test]
 fn pixels_resolve_the_light_of_pixels() {
     for form in [PixelForm::Box, PixelForm::Bilinear, PixelForm::BandLimited] {
@@ -265,18 +270,7 @@ fn pixels_resolve_the_light_of_pixels() {
             screen(on_axis(800.0), sensor(6, 8.0)),
         ];
         let system = lit(screens, vec![Vec::new(), Vec::new()]);
-        let carried = |method: Method| {
-            let settings = Settings {
-                method,
-                ..Settings::default()
-            };
-            simulate(&system, &settings, &|_| {}).unwrap()
-        };
-        let (exact, found) = (carried(Method::Auto), carried(Method::LocalBands));
-        let free = |hop: &HopReport| matches!(hop.method, HopMethod::WholeField(Plan::Free(..)));
-        assert!(exact.hops.iter().all(free));
-        let error = field_error(found.field.values.view(), exact.field.values.view()).unwrap();
-        let expected = found.expected_error().unwrap();
+        let [error, expected] = beside_whole_fields(&system);
         assert!(error < 6e-4, "{form:?}: {error:e}");
         assert!(
             expected > 0.7 * error,
