@@ -1,23 +1,35 @@
 //! The open share of the cell of each node of a grid.
 //!
-//! Gauss nodes integrate a smooth field over their whole cell. In a cell that an edge cuts they integrate it
-//! over the open part when each is weighted by the polynomial that comes closest, in the mean square over the
+//! Gauss nodes integrate a smooth field over their whole cell, or over their part of a cell with a gap. Where an edge cuts it
+//! they integrate the field over what is open when each is weighted by the polynomial that comes closest, in the mean square over the
 //! cell, to a function that is one on the open part and zero elsewhere: all polynomials of a lower degree than
 //! there are nodes are then integrated exactly. With one node a cell the weight is the open share of its area.
 
-use ndarray::Array2;
+use std::ops::Range;
+
+use ndarray::{Array2, ArrayViewMut2};
 
 use crate::math::part::part;
 use crate::optics::aperture::Aperture;
 use crate::optics::moments::{Cell, OpenMoments, legendre};
-use crate::wave::grid::field::{Axis, Grid};
+use crate::wave::grid::field::{Axis, CellPart, Grid};
 
 /// What an aperture lets through of each node of a grid.
 pub(crate) struct ApertureCoverage<'a> {
     aperture: &'a Aperture,
     grid: &'a Grid,
-    /// (a + ½)·P_a at each node of a cell, indexed [node, a], along x and y, for the axis's polynomials.
-    bases: [Array2<f64>; 2],
+    /// The parts of a cell along x and y.
+    parts: [Vec<NodesOfPart>; 2],
+}
+
+/// The nodes of a part of each cell of an axis.
+struct NodesOfPart {
+    /// Its ends beside the lower end of the cell, in mm.
+    ends: [f64; 2],
+    /// Its nodes among those of the cell.
+    nodes: Range<usize>,
+    /// (a + ½)·P_a at each of them, indexed [node, a], for as many polynomials as there are nodes.
+    basis: Array2<f64>,
 }
 
 impl<'a> ApertureCoverage<'a> {
@@ -26,7 +38,7 @@ impl<'a> ApertureCoverage<'a> {
         Self {
             aperture,
             grid,
-            bases: [basis(&grid.x), basis(&grid.y)],
+            parts: [parts(&grid.x), parts(&grid.y)],
         }
     }
 
@@ -46,7 +58,7 @@ impl<'a> ApertureCoverage<'a> {
             weights.fill(whole);
             return weights;
         }
-        let mut moments = OpenMoments::new([self.grid.x.polynomials, self.grid.y.polynomials]);
+        let mut moments = self.moments();
         for column in 0..cells {
             let x = edges(&self.grid.x, column);
             let open = self.aperture.coverage(x[0], x[1], y[0], y[1]);
@@ -61,11 +73,38 @@ impl<'a> ApertureCoverage<'a> {
             if open == 0.0 {
                 cell.fill(0.0);
             } else {
-                let found = moments.over(self.aperture, &Cell { x, y });
-                cell.assign(&self.bases[1].dot(found).dot(&self.bases[0].t()));
+                self.fill_cut([x[0], y[0]], cell, &mut moments);
             }
         }
         weights
+    }
+
+    /// What integrates over each part of a cell, [y, x] row by row.
+    fn moments(&self) -> Vec<OpenMoments> {
+        let [along_x, along_y] = &self.parts;
+        let row = |y: &NodesOfPart| {
+            let each = along_x.iter();
+            let new = |x: &NodesOfPart| OpenMoments::new([x.nodes.len(), y.nodes.len()]);
+            each.map(new).collect::<Vec<_>>()
+        };
+        along_y.iter().flat_map(row).collect()
+    }
+
+    /// Fills the weights of a cell that an edge cuts, part by part, from its lower ends.
+    fn fill_cut(&self, low: [f64; 2], mut cell: ArrayViewMut2<f64>, moments: &mut [OpenMoments]) {
+        let [along_x, along_y] = &self.parts;
+        let parts = along_y
+            .iter()
+            .flat_map(|y| along_x.iter().map(move |x| (x, y)));
+        for ((x, y), moments) in parts.zip(moments) {
+            let ends = Cell {
+                x: x.ends.map(|end| low[0] + end),
+                y: y.ends.map(|end| low[1] + end),
+            };
+            let found = moments.over(self.aperture, &ends);
+            let weights = y.basis.dot(found).dot(&x.basis.t());
+            part(cell.view_mut(), y.nodes.clone(), x.nodes.clone()).assign(&weights);
+        }
     }
 }
 
@@ -75,18 +114,28 @@ fn edges(axis: &Axis, cell: usize) -> [f64; 2] {
     [low, low + axis.pitch]
 }
 
-/// (a + ½)·P_a at each node of a cell of an axis.
-fn basis(axis: &Axis) -> Array2<f64> {
-    let count = axis.polynomials;
-    let mut values = vec![0.0; count];
-    let mut basis = Array2::zeros((axis.nodes_of_cell(), count));
-    for (mut row, offset) in basis.rows_mut().into_iter().zip(&axis.offsets) {
-        legendre(2.0 * offset / axis.pitch, &mut values);
-        for (a, (entry, value)) in row.iter_mut().zip(&values).enumerate() {
-            *entry = (a as f64 + 0.5) * value;
+/// The parts of the cells of an axis.
+fn parts(axis: &Axis) -> Vec<NodesOfPart> {
+    let (mut low, mut first) = (0.0, 0);
+    let part = |part: &CellPart| {
+        let (ends, nodes) = ([low, low + part.width], first..first + part.nodes);
+        (low, first) = (ends[1], nodes.end);
+        let middle = 0.5 * (ends[0] + ends[1] - axis.pitch);
+        let mut values = vec![0.0; part.nodes];
+        let mut basis = Array2::zeros((part.nodes, part.nodes));
+        for (mut row, offset) in basis
+            .rows_mut()
+            .into_iter()
+            .zip(&axis.offsets[nodes.clone()])
+        {
+            legendre(2.0 * (offset - middle) / part.width, &mut values);
+            for (a, (entry, value)) in row.iter_mut().zip(&values).enumerate() {
+                *entry = (a as f64 + 0.5) * value;
+            }
         }
-    }
-    basis
+        NodesOfPart { ends, nodes, basis }
+    };
+    axis.parts.iter().map(part).collect()
 }
 
 #[cfg(test)]

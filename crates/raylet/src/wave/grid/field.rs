@@ -23,12 +23,12 @@ pub struct Axis {
     pub offsets: Vec<f64>,
     /// The length each node represents, in mm.
     pub weights: Vec<f64>,
-    /// Number of polynomials over a cell, from the constant on, whose products its nodes integrate.
-    pub polynomials: usize,
+    /// The parts of a cell, in their order.
+    pub(crate) parts: Vec<CellPart>,
 }
 
 /// A part of a cell, with Gauss–Legendre nodes of its own.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct CellPart {
     /// Its width in mm.
     pub width: f64,
@@ -45,7 +45,10 @@ impl Axis {
             cells,
             offsets: vec![0.0],
             weights: vec![pitch],
-            polynomials: 1,
+            parts: vec![CellPart {
+                width: pitch,
+                nodes: 1,
+            }],
         }
     }
 
@@ -60,13 +63,8 @@ impl Axis {
 
     /// `nodes` Gauss–Legendre nodes in each cell.
     pub fn gauss(cells: usize, pitch: f64, centre: f64, nodes: usize) -> Self {
-        let (offsets, weights) = gauss_rule(nodes);
-        Self {
-            offsets: offsets.iter().map(|t| 0.5 * pitch * t).collect(),
-            weights: weights.iter().map(|w| 0.5 * pitch * w).collect(),
-            polynomials: offsets.len(),
-            ..Self::uniform(cells, pitch, centre)
-        }
+        let width = pitch;
+        Self::of_parts(cells, pitch, centre, &[CellPart { width, nodes }])
     }
 
     /// Cells of parts, in their order, each with its own Gauss–Legendre nodes: a pixel and the gap around it.
@@ -82,7 +80,7 @@ impl Axis {
         Self {
             offsets,
             weights,
-            polynomials: parts.iter().map(|part| part.nodes).max().unwrap_or(1),
+            parts: parts.to_vec(),
             ..Self::uniform(cells, pitch, centre)
         }
     }

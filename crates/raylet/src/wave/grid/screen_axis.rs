@@ -85,8 +85,9 @@ fn gapped_axis([cells, pitch]: [f64; 2], side: f64, frequency: f64, cut: bool) -
         let nodes = count(frequency * width);
         vec![CellPart { width, nodes }; parts as usize]
     };
-    let beside = parts(gap, &|cycles| {
-        gauss_nodes(cycles, PIXEL_TOLERANCE * pitch / gap)
+    let beside = parts(gap, &|cycles| match cut {
+        true => cell_nodes(cycles, cells as usize, cut),
+        false => gauss_nodes(cycles, PIXEL_TOLERANCE * pitch / gap),
     });
     let middle = parts(active, &|cycles| cell_nodes(cycles, cells as usize, cut));
     let cell = [beside.clone(), middle, beside].concat();
