@@ -14,7 +14,6 @@ WAVE, PITCH, COUNT, DISTANCE = 0.5e-3, 8e-3, 24, 6.0
 
 #: A side along pixels, and one that cuts them.
 WHOLE, CUT = COUNT * PITCH, 0.1773
-FORMS = ["box", "bilinear", "band_limited"]
 
 
 def nodes_of(edges: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
@@ -52,9 +51,8 @@ def summed(transmission: np.ndarray, x: np.ndarray, weight: np.ndarray, points: 
     return found
 
 
-@pytest.mark.parametrize(
-    ("form", "side"), [(form, side) for form in FORMS for side in (WHOLE, CUT)] + [("gaps", WHOLE)]
-)
+@pytest.mark.parametrize("side", [WHOLE, CUT])
+@pytest.mark.parametrize("form", ["box", "gaps", "bilinear", "band_limited"])
 def test_a_form_of_pixels_is_as_summed(form: str, side: float) -> None:
     rng = np.random.default_rng(5)
     phase = rng.uniform(0.0, 2.0 * np.pi, (COUNT, COUNT))
