@@ -31,6 +31,14 @@ pub(crate) struct AberrationError {
     pub cubic: f64,
 }
 
+impl AberrationError {
+    /// The same where neighbours leave this part of the cubic phase, which they cancel otherwise.
+    pub(crate) fn with_part_of_cubic(&self, part: f64) -> Self {
+        let left = self.left.hypot(part * self.cubic.sqrt()).min(1.0);
+        Self { left, ..*self }
+    }
+}
+
 /// Largest η that is corrected.
 pub(crate) const CORRECTABLE: f64 = 0.15;
 

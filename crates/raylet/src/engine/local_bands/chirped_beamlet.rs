@@ -19,6 +19,10 @@ pub(crate) struct ChirpedStart {
     pub sigma: f64,
 }
 
+/// What the windows of two tiles leave of the cubic phase where they meet, over half the change kσ²ΔQ of their chirp. Behind cubic
+/// phases the errors are 0.9 to 1.5 of that.
+const LEFT_BETWEEN_TILES: f64 = 1.2;
+
 /// Displaced rays are traced at these parts of their distance.
 pub(crate) const NEARER: [f64; 3] = [1.0, 0.5, 0.25];
 
@@ -53,6 +57,21 @@ impl ChirpedStart {
             xy: Complex::new(xy, 0.0),
             yy: Complex::new(yy, width),
         }
+    }
+
+    /// The part of the cubic phase inside beamlets that the windows of neighbouring tiles leave, whose curvatures differ by a
+    /// `change` in 1/mm.
+    ///
+    /// Windows of one curvature cancel it: it is odd in the distance from the beamlet's centre. Its size goes with the shear of the
+    /// beamlets, so where two shears meet their halves differ.
+    pub(crate) fn left_between_tiles(&self, k: f64, change: f64) -> f64 {
+        let flat = Carrier {
+            q: [0.0; 3],
+            ..self.carrier
+        };
+        let chirp = |curvature: f64| k * self.sigma * self.sigma * curvature;
+        let own = chirp(self.carrier.curvature_change(&flat));
+        (LEFT_BETWEEN_TILES * 0.5 * chirp(change) / (1.0 + own)).min(1.0)
     }
 
     /// The aberration inside a beamlet, for sums over all places and directions; nothing when the ray or one of its

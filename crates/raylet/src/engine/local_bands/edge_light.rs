@@ -135,6 +135,7 @@ impl TileRun<'_> {
         let through: Vec<Complex64> = places.iter().map(|place| edge.through[*place]).collect();
         let waves = WindowWaves {
             start: targeted.start,
+            curvature_change: plan.curvature_change,
             modes,
             coefficients: sum.apply(&windowed, &through),
         };

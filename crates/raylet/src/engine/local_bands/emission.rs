@@ -6,6 +6,7 @@ use std::f64::consts::PI;
 use ndarray::Array2;
 use num_complex::Complex64;
 
+use crate::engine::beamlet::beamlet_aberration::Aberration;
 use crate::engine::error::hop_statistics::HopStatistics;
 use crate::engine::error::tally::Fate;
 use crate::engine::local_bands::chirped_beamlet::ChirpedStart;
@@ -67,6 +68,8 @@ pub(crate) struct Emitted {
 pub(crate) struct WindowWaves {
     /// The carrier and width of the window.
     pub start: ChirpedStart,
+    /// The change of curvature to the next tile, in 1/mm.
+    pub curvature_change: f64,
     /// Their directions beside the carrier along x and y.
     pub modes: [Modes; 2],
     /// Their coefficients, [m_y, m_x].
@@ -262,8 +265,10 @@ impl Emission<'_> {
             false => lit.aberration(self.hop, dp),
         };
         let outside = self.is_outside(start);
+        let part = start.left_between_tiles(self.hop.wavenumber(), waves.curvature_change);
         for (tail, energy) in alike.iter().map(|number| &kept.tails[*number]) {
-            let there = counted.map(|counted| counted.at_distance(tail.distance).error());
+            let error = |counted: Aberration| counted.at_distance(tail.distance).error();
+            let there = counted.map(|counted| error(counted).with_part_of_cubic(part));
             statistics.tally.add_aberration(there, *energy);
             if outside {
                 (statistics.tally).add_aberration_outside(found, counted, *energy);
@@ -410,6 +415,7 @@ mod tests {
         for number in 0..400 {
             let waves = WindowWaves {
                 start: start([1e-4 * f64::from(number), 0.0], 0.2),
+                curvature_change: 0.0,
                 modes: [modes, modes],
                 coefficients: noise((11, 11), number) * Complex64::from(0.3),
             };
@@ -439,6 +445,7 @@ mod tests {
         let modes = Modes::between(-0.02, 0.02, 2e-3, 0.0);
         let waves = WindowWaves {
             start: start([0.1, -0.05], 0.05),
+            curvature_change: 0.0,
             modes: [modes, modes],
             coefficients: noise((21, 21), 0),
         };

@@ -208,6 +208,17 @@ impl TileLight<'_> {
         }
     }
 
+    /// The carrier of the light of a source about another point, nearest which light goes on at `open`; that of the tile itself
+    /// for beamlets.
+    pub(crate) fn carrier_about(&self, at: [f64; 2], open: [f64; 2]) -> Carrier {
+        match self.light {
+            ArrivingLight::Source(source, screen, _) => {
+                source_carrier(source, screen, open).about(at)
+            }
+            ArrivingLight::Beamlets(_) => self.carrier.about(at),
+        }
+    }
+
     /// The light over its carrier at samples, [y, x], and how many values were evaluated.
     pub(crate) fn at(&self, samples: &[Axis; 2]) -> (Array2<Complex64>, u64) {
         match self.light {

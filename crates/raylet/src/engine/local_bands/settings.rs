@@ -73,6 +73,9 @@ pub(crate) const BYTES_OF_WINDOW: usize = 256;
 /// The usual distance of windows in σ.
 pub const STEP: f64 = 1.25;
 
+/// Usual windows along each side of a tile.
+pub(crate) const TILE: usize = 4;
+
 impl LocalBandPlan {
     /// The relative error of the field that the lattice and the period of windows bring, with this root mean square
     /// cubic phase inside beamlets (rad): what the lattice leaves of that phase, and the tails of neighbouring periods. A smooth
@@ -100,7 +103,7 @@ impl LocalBandSettings {
             period: 6.5,
             threshold: 1e-3,
             dropped: None,
-            tile: 4,
+            tile: TILE,
             edge_nodes: 16.0,
             edge_sums: false,
             corrected: true,

@@ -80,6 +80,8 @@ pub(crate) struct TilePlan<'a> {
     pub samples: [Axis; 2],
     /// The carriers of the arriving light and of the element.
     pub carriers: [Carrier; 2],
+    /// How far the curvature changes to the next tile, in 1/mm.
+    pub curvature_change: f64,
     /// The element under windows that see no edge, and under those that an edge cuts.
     pub elements: [Option<ElementSamples>; 2],
     /// The edge of the aperture, where light goes far beside its own way.
@@ -126,6 +128,7 @@ impl<'a> TileRun<'a> {
         }
         Some(TilePlan {
             carriers: [light.carrier, own],
+            curvature_change: self.curvature_change(&light, &own),
             edge,
             samples: area.samples,
             light,
@@ -202,6 +205,23 @@ impl<'a> TileRun<'a> {
     pub(crate) fn far(&self) -> f64 {
         let side = self.settings.tile as f64 * self.shape.step + 2.0 * REACH;
         side * self.shape.sigma * std::f64::consts::FRAC_1_SQRT_2
+    }
+
+    /// How far the curvature of what leaves changes from a tile to the next ones, as the root mean square over both axes, in 1/mm.
+    /// How that of beamlets that arrive changes is not known.
+    fn curvature_change(&self, light: &TileLight, own: &Carrier) -> f64 {
+        let leaving = light.carrier.times(own.p, own.q);
+        let next = self.settings.tile as f64 * self.shape.step * self.shape.sigma;
+        let phase = self.element.phase();
+        let [x, y] = own.at;
+        let squares = [[x + next, y], [x, y + next]].map(|at| {
+            let own = phase.carrier(at, self.far(), self.k());
+            let there = light
+                .carrier_about(at, phase.within(at))
+                .times(own.p, own.q);
+            there.curvature_change(&leaving).powi(2)
+        });
+        (0.5 * (squares[0] + squares[1])).sqrt()
     }
 
     /// The light under a tile, with its carrier; nothing where it is dark.

@@ -202,6 +202,7 @@ impl TileRun<'_> {
         let (edge, element) = plan.element(targeted)?;
         let waves = WindowWaves {
             start: targeted.start,
+            curvature_change: plan.curvature_change,
             modes: window.modes,
             coefficients: window.apply(values, element),
         };

@@ -8,7 +8,7 @@ use crate::engine::error::window_error::left_by_lattice;
 use crate::engine::local_bands::chirped_beamlet::ChirpedStart;
 use crate::engine::local_bands::local_band_error::LocalBandError;
 use crate::engine::local_bands::outside_aberration::outside_aberration;
-use crate::engine::local_bands::settings::{LocalBandPlan, SourceAperture};
+use crate::engine::local_bands::settings::{LocalBandPlan, SourceAperture, TILE};
 use crate::engine::local_bands::source_aberration::source_aberration;
 use crate::engine::local_bands::source_light::source_carrier;
 use crate::optics::screen::{Screen, ScreenKind};
@@ -58,8 +58,10 @@ pub(crate) fn window_widths(
     let hops = system.hops().enumerate().zip(&leaving);
     let widths = hops.map(|((number, hop), sampled)| {
         let source = is_smooth(number, aperture).then_some(&system.source);
-        let lattice = source.map_or_else(|| left_by_lattice(step), |_| 0.0);
-        let left = |sigma: f64| aberration_left(&hop, sampled, sigma, source, lattice);
+        let left = |sigma: f64| match source {
+            Some(source) => source_aberration_left(&hop, sampled, sigma, source),
+            None => aberration_left(&hop, sampled, sigma, step),
+        };
         let share = source.map_or(SHARE, |_| SHARE_OF_SOURCE);
         let limit = match number {
             0 => OF_RADIUS * source_radius(system, &hop),
@@ -77,9 +79,10 @@ pub(crate) fn expected_aberration(
     sampled: &[Carrier],
     plan: &LocalBandPlan,
 ) -> f64 {
-    let source = plan.smooth.then_some(source);
-    let lattice = source.map_or_else(|| left_by_lattice(plan.step), |_| 0.0);
-    aberration_left(hop, sampled, plan.sigma, source, lattice)
+    match plan.smooth {
+        true => source_aberration_left(hop, sampled, plan.sigma, source),
+        false => aberration_left(hop, sampled, plan.sigma, plan.step),
+    }
 }
 
 /// For each hop, carriers along rays of the source that leave its first screen and meet the aperture of its second.
@@ -178,33 +181,48 @@ fn carried(hop: &Hop, carrier: &Carrier) -> Option<Carrier> {
 }
 
 /// Root mean square, over carriers, of the error that aberration inside beamlets of width σ leaves when it is corrected,
-/// with that of windows outside the aperture; the source has one beamlet in each of its windows.
-fn aberration_left(
-    hop: &Hop,
-    sampled: &[Carrier],
-    sigma: f64,
-    source: Option<&Source>,
-    lattice: f64,
-) -> f64 {
+/// with what windows a `step` of so many σ apart leave of it, and with that of windows outside the aperture.
+fn aberration_left(hop: &Hop, sampled: &[Carrier], sigma: f64, step: f64) -> f64 {
+    let lattice = left_by_lattice(step);
+    let tile = TILE as f64 * step * sigma;
     let square = |carrier: &Carrier| {
         let start = ChirpedStart {
             carrier: *carrier,
             sigma,
         };
-        let found = match source {
-            Some(source) => source_aberration(&start, hop, source).map(|found| found.error()),
-            None => (start.aberration(hop, [0.0; 2])).map(|found| found.error()),
-        };
+        let change = tile * curvature_slope(carrier, sampled);
+        let part = lattice.hypot(start.left_between_tiles(hop.wavenumber(), change));
+        let found = start.aberration(hop, [0.0; 2]);
         found.map_or(1.0, |found| {
-            found.left.powi(2) + lattice * lattice * found.cubic
+            found.error().with_part_of_cubic(part).left.powi(2)
         })
     };
     let inside = sampled.iter().map(square).sum::<f64>() / sampled.len() as f64;
-    let outside = match source {
-        Some(_) => 0.0,
-        None => outside_aberration(hop, sampled, sigma),
+    (inside + outside_aberration(hop, sampled, sigma)).sqrt()
+}
+
+/// The same of a source that has one beamlet in each of its windows.
+fn source_aberration_left(hop: &Hop, sampled: &[Carrier], sigma: f64, source: &Source) -> f64 {
+    let square = |carrier: &Carrier| {
+        let start = ChirpedStart {
+            carrier: *carrier,
+            sigma,
+        };
+        let found = source_aberration(&start, hop, source);
+        found.map_or(1.0, |found| found.error().left.powi(2))
     };
-    (inside + outside).sqrt()
+    (sampled.iter().map(square).sum::<f64>() / sampled.len() as f64).sqrt()
+}
+
+/// How fast the curvature changes from one of some carriers to the nearest other one, in 1/mm².
+fn curvature_slope(carrier: &Carrier, carriers: &[Carrier]) -> f64 {
+    let apart = |other: &Carrier| {
+        let [x, y] = [0, 1].map(|a| other.at[a] - carrier.at[a]);
+        x.hypot(y)
+    };
+    let others = carriers.iter().filter(|other| other.at != carrier.at);
+    let nearest = others.min_by(|a, b| apart(a).total_cmp(&apart(b)));
+    nearest.map_or(0.0, |other| carrier.curvature_change(other) / apart(other))
 }
 
 /// The radius over which the light of the source falls on the first screen; infinite where its amplitude is even.

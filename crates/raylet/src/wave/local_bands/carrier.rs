@@ -59,6 +59,12 @@ impl Carrier {
         }
     }
 
+    /// How far its curvature differs from another one's, in 1/mm.
+    pub(crate) fn curvature_change(&self, other: &Self) -> f64 {
+        let [xx, xy, yy] = [0, 1, 2].map(|i| self.q[i] - other.q[i]);
+        (xx * xx + 2.0 * xy * xy + yy * yy).sqrt()
+    }
+
     /// Whether it is one everywhere.
     pub(crate) fn is_flat(&self) -> bool {
         self.p == [0.0; 2] && self.q == [0.0; 3]
