@@ -5,7 +5,7 @@ OUT ?= out/demo
 SCENE = scenes/hologram_through_lens.toml
 RAYLET = cargo run --release --quiet --package raylet-cli --bin raylet --
 
-.PHONY: demo quick test test-rust lint compiled cargo-test environments test-python test-torch fuzz bench instruction-counts performance accuracy real-size exact-fields huygens-psf aperture-scaling wheel docs
+.PHONY: demo quick test test-rust lint compiled cargo-test environments test-python test-torch fuzz bench instruction-counts performance accuracy real-size exact-fields huygens-psf cross-check aperture-scaling wheel docs
 
 # Designs the hologram on the paraxial train, sends it through the real lens, leaves pictures and numbers.
 demo:
@@ -153,6 +153,13 @@ performance: environments wheel
 huygens-psf: environments wheel
 	$(TORCH_VENV)/bin/pip install --quiet --disable-pip-version-check --no-deps --force-reinstall $(WHEELS)/*.whl
 	$(TORCH_VENV)/bin/python benches/peers/huygens_psf.py
+
+# Remakes docs/cross_check.md: methods side by side on random systems. SEED=n runs one system alone; RESUME=1 goes on with a
+# run that was stopped.
+SYSTEMS ?= 200
+cross-check: install
+	$(VENV)/bin/python -m benches.cross_check --systems $(SYSTEMS) $(if $(filter command line,$(origin SEED)),--seed $(SEED)) \
+		$(if $(RESUME),--resume)
 
 # Remakes docs/accuracy.md.
 accuracy:

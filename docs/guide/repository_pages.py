@@ -16,6 +16,7 @@ PAGES = [
     "docs/aperture_scaling.md",
     "docs/exact_fields.md",
     "docs/huygens_psf.md",
+    "docs/cross_check.md",
     "docs/hybrid_lens.md",
     "docs/limits.md",
     "docs/result.md",
