@@ -121,15 +121,6 @@ impl Canvas {
         Tail::of(arrival, self.bounds(), k)
     }
 
-    /// At most this share of the energy of a beamlet that lands beside the raster falls on it beyond the end of its footprint.
-    pub(crate) fn cut(&self, arrival: &Arrival, k: f64, threshold: f64) -> f64 {
-        let most = threshold * threshold;
-        match self.contains(arrival.at) || !self.meets(arrival, k, most) {
-            true => 0.0,
-            false => self.tail(arrival, k).share.min(most),
-        }
-    }
-
     /// Whether a point lies within the raster.
     pub(crate) fn contains(&self, point: [f64; 2]) -> bool {
         (0..2).all(|a| {
