@@ -1,9 +1,9 @@
 //! Counts the instructions of the hot loops and compares them with `counts.toml`: a guard of their speed that needs no clock.
 //!
 //! Each loop runs in a process of its own, step by step, once for each kind of vector instructions that the machine has. A loop
-//! may take 3 % more than its count. A loop that takes less is no fault, and is told: where the compiler divides the library anew after
-//! a change elsewhere, counts move by up to 5 %. `make instruction-counts` writes the file, as after a gain that is meant or a change of
-//! the compiler. The results of a loop are compared between the kinds of instructions.
+//! may take 3 % more than its count. A loop that takes less passes, and the test prints it: a change elsewhere makes the compiler divide
+//! the library in another way, and counts move by up to 5 %. `make instruction-counts` writes the file, as after an intended gain or
+//! a change of the compiler. The results of a loop are compared between the kinds of instructions.
 //!
 //! With `--operations` it prints, for each loop and kind of instructions, how many instructions an item of its rate takes, how many
 //! sums and products of double precision are among them, and how many quotients and roots: `make performance` compares these with what
