@@ -4,7 +4,7 @@ use std::f64::consts::PI;
 
 use crate::axis::{Axis, Direction, Tick};
 
-/// The colour of values that are not numbers: a neutral grey-blue in none of the maps' bright parts.
+/// The colour of values that are not numbers: a grey-green in none of the maps' bright parts.
 pub(crate) const MISSING: [u8; 3] = [120, 160, 160];
 
 /// Steps of the ramp from which many values take their colours: more than colours of 8 bits along it.

@@ -34,7 +34,7 @@ const DECADES: u32 = 5;
 /// or columns, are stretched, and a note says by how much.
 ///
 /// Few values become crisp squares, many are averaged over each pixel of the picture (phases as
-/// phasors). Values that are not finite are drawn in a neutral grey and counted in a note.
+/// phasors). Values that are not finite are drawn in a grey-green and counted in a note.
 #[derive(Clone, Debug)]
 pub struct ImagePanel<'a> {
     values: CowArray<'a, f64, Ix2>,
@@ -386,9 +386,9 @@ impl Content for ImagePanel<'_> {
         match (self.found.not_finite, &self.missing) {
             (0, _) => (),
             (_, Some(what)) if what.is_empty() => (),
-            (_, Some(what)) => notes.push(format!("grey: {what}")),
-            (1, None) => notes.push("1 value is not finite (grey)".into()),
-            (n, None) => notes.push(format!("{n} values are not finite (grey)")),
+            (_, Some(what)) => notes.push(format!("grey-green: {what}")),
+            (1, None) => notes.push("1 value is not finite (grey-green)".into()),
+            (n, None) => notes.push(format!("{n} values are not finite (grey-green)")),
         }
         for (factor, name) in stretch(self.ranges_mm).into_iter().zip(&self.axes) {
             if factor > 1.0 {
@@ -471,7 +471,10 @@ mod tests {
     #[test]
     fn missing_values_are_counted_and_do_not_spread() {
         let panel = panel(array![[1.0, f64::NAN], [3.0, f64::INFINITY]]);
-        assert_eq!(panel.heading().notes, ["2 values are not finite (grey)"]);
+        assert_eq!(
+            panel.heading().notes,
+            ["2 values are not finite (grey-green)"]
+        );
         let sampled = panel.sampled([4, 4]);
         assert_eq!(sampled.column(1), array![1.0, 1.0, 3.0, 3.0]);
         assert!(sampled.column(2).iter().all(|v| v.is_nan()));
