@@ -30,11 +30,17 @@ pub(crate) struct DiscardedBeamlet {
     pub fate: Fate,
     /// The share of its energy that its tail would bring to the target where the light ends, by real rays.
     pub share: f64,
+    /// The share of its energy that falls on the target beyond the end of its footprint where the light ends.
+    pub cut: f64,
 }
 
 impl From<Fate> for DiscardedBeamlet {
     fn from(fate: Fate) -> Self {
-        Self { fate, share: 0.0 }
+        Self {
+            fate,
+            share: 0.0,
+            cut: 0.0,
+        }
     }
 }
 
@@ -95,8 +101,15 @@ pub(crate) fn target_beamlet(
     let k = job.hop.wavenumber();
     let p = direction(job, mode);
     let mut arrival = landed.map_err(Fate::Lost)?;
-    if !to.meets(&arrival, k, job.settings.footprint_edge()) {
-        return Err(Fate::Outside.into());
+    let edge = job.settings.footprint_edge();
+    if !to.meets(&arrival, k, edge) {
+        return Err(DiscardedBeamlet {
+            cut: match job.downstream.ends_here() {
+                true => to.cut(&arrival, k, edge),
+                false => 0.0,
+            },
+            ..Fate::Outside.into()
+        });
     }
 
     // The aberration inside the beamlet is corrected, or is a reason to leave it out.
@@ -118,6 +131,7 @@ pub(crate) fn target_beamlet(
             } else {
                 0.0
             },
+            cut: 0.0,
         });
     }
     if let Some(moved) = moved {

@@ -271,6 +271,7 @@ fn spread(
             }
             Err(discarded) => {
                 follower.tally.untrusted += energy * discarded.share;
+                follower.tally.beyond_footprints += energy * discarded.cut;
                 discarded.fate
             }
         };
@@ -364,6 +365,10 @@ impl Follower<'_> {
             let found = found.map(|found| found.at_distance(tail.distance).error());
             let weight = stands_for * energy * tail.share;
             self.tally.add_aberration(found, weight);
+        }
+        if job.downstream.ends_here() {
+            let (k, edge) = (job.hop.wavenumber(), job.settings.footprint_edge());
+            self.tally.beyond_footprints += energy * to.cut(&arrival, k, edge);
         }
         arrival.amplitude *= coefficient;
         Ok(arrival)

@@ -3,6 +3,8 @@
 //! Each beamlet is evaluated over its own footprint only. Rows are dealt out in bands of fixed height; a
 //! band takes its beamlets in order, so the sum has the same bits for any number of threads.
 
+use std::f64::consts::TAU;
+
 use fearless_simd::{Simd, dispatch};
 use num_complex::Complex64;
 use rayon::prelude::*;
@@ -119,6 +121,30 @@ impl Canvas {
     /// How a beamlet lies to the raster.
     pub(crate) fn tail(&self, arrival: &Arrival, k: f64) -> Tail {
         Tail::of(arrival, self.bounds(), k)
+    }
+
+    /// About this share of the energy of a beamlet that lands beside the raster falls on it beyond the end of its footprint: of what lies
+    /// beyond it all around, the part in the sector that the raster fills; none where the footprint covers the raster.
+    pub(crate) fn cut(&self, arrival: &Arrival, k: f64, threshold: f64) -> f64 {
+        let beyond = threshold * threshold;
+        if self.contains(arrival.at) || !self.meets(arrival, k, beyond) {
+            return 0.0;
+        }
+        let [x0, x1, y0, y1] = self.bounds();
+        let corners = [[x0, y0], [x1, y0], [x0, y1], [x1, y1]];
+        if corners.iter().all(|at| arrival.decay(*at, k) >= threshold) {
+            return 0.0;
+        }
+        let width = arrival.footprint(k, threshold);
+        let seen = corners.map(|at| [0, 1].map(|a| (at[a] - arrival.at[a]) / width[a]));
+        let between = |[ax, ay]: [f64; 2], [bx, by]: [f64; 2]| {
+            (ax * by - ay * bx).abs().atan2(ax * bx + ay * by)
+        };
+        let sector = (seen
+            .iter()
+            .flat_map(|a| seen.iter().map(move |b| between(*a, *b))))
+        .fold(0.0, f64::max);
+        self.tail(arrival, k).share.min(beyond * sector / TAU)
     }
 
     /// Whether a point lies within the raster.
