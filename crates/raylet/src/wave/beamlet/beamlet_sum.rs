@@ -4,13 +4,15 @@
 //! band takes its beamlets in order, so the sum has the same bits for any number of threads.
 
 use std::f64::consts::TAU;
+use std::ops::Range;
 
 use fearless_simd::{Simd, dispatch};
 use num_complex::Complex64;
 use rayon::prelude::*;
 
 use crate::math::simd_level::level;
-use crate::wave::beamlet::beamlet_kernel::{BeamletKernel, Moments, Rows};
+use crate::wave::beamlet::beamlet_kernel::{BeamletKernel, Moments};
+use crate::wave::beamlet::raster_rows::Rows;
 use crate::wave::beamlet::wavelet::{Arrival, Tail};
 use crate::wave::grid::raster::Raster;
 
@@ -54,13 +56,12 @@ impl Canvas {
     pub fn add(&mut self, arrivals: &[Arrival], k: f64, threshold: f64) -> Evaluations {
         let level = level();
         let limit = -2.0 * threshold.ln() / k;
-        let reaches = arrivals.iter().map(|a| BeamletKernel::reach(a, limit));
-        let reaches: Vec<f64> = reaches.collect();
-        self.bands
-            .par_iter_mut()
-            .map(|band| {
-                let beamlets = arrivals.iter().zip(&reaches);
-                dispatch!(level, simd => fill(simd, &mut band.rows, beamlets, k, limit))
+        let (first, met) = self.met_by(arrivals, limit);
+        let bands = self.bands.par_iter_mut().zip(first.par_windows(2));
+        bands
+            .map(|(band, part)| {
+                let met = met.get(part[0]..part[1]).unwrap_or_default();
+                dispatch!(level, simd => fill(simd, &mut band.rows, (arrivals, met), k, limit))
             })
             .sum()
     }
@@ -75,13 +76,50 @@ impl Canvas {
             .par_iter()
             .map(|arrival| {
                 let mut total = [Complex64::ZERO; 6];
-                for band in &self.bands {
+                for band in &self.bands[self.bands_of(arrival, limit)] {
                     let part = dispatch!(level, simd => read(simd, &band.rows, arrival, k, limit));
                     total.iter_mut().zip(part).for_each(|(t, p)| *t += p);
                 }
                 total
             })
             .collect()
+    }
+
+    /// The bands that a beamlet's footprint meets, or a band beside them.
+    fn bands_of(&self, arrival: &Arrival, limit: f64) -> Range<usize> {
+        let reach = BeamletKernel::reach(arrival, limit);
+        if !reach.is_finite() {
+            return 0..0;
+        }
+        let height = BAND_ROWS as f64 * self.raster.pitch[1];
+        let count = self.bands.len();
+        let band = |y: f64| (y - self.raster.start[1]) / height;
+        let first = band(arrival.at[1] - reach).floor().max(0.0) as usize;
+        let end = (band(arrival.at[1] + reach).floor() + 1.0).max(0.0) as usize;
+        first.min(count)..end.min(count)
+    }
+
+    /// The numbers of the beamlets that meet each band, in their order: where the bands' parts begin, and all parts one
+    /// after the other.
+    fn met_by(&self, arrivals: &[Arrival], limit: f64) -> (Vec<usize>, Vec<usize>) {
+        let ranges = arrivals.iter().map(|arrival| self.bands_of(arrival, limit));
+        let ranges: Vec<Range<usize>> = ranges.collect();
+        let mut first = vec![0; self.bands.len() + 1];
+        for band in ranges.iter().cloned().flatten() {
+            first[band + 1] += 1;
+        }
+        for band in 1..first.len() {
+            first[band] += first[band - 1];
+        }
+        let mut next = first.clone();
+        let mut met = vec![0; first.last().copied().unwrap_or_default()];
+        for (number, range) in ranges.into_iter().enumerate() {
+            for band in range {
+                met[next[band]] = number;
+                next[band] += 1;
+            }
+        }
+        (first, met)
     }
 
     /// A canvas that holds these values, indexed [y, x].
@@ -166,18 +204,18 @@ impl Canvas {
     }
 }
 
-/// All beamlets on one band.
+/// The beamlets that meet a band, by their numbers.
 #[inline(always)]
-fn fill<'a, S: Simd>(
+fn fill<S: Simd>(
     simd: S,
     rows: &mut Rows,
-    beamlets: impl Iterator<Item = (&'a Arrival, &'a f64)>,
+    (arrivals, met): (&[Arrival], &[usize]),
     k: f64,
     limit: f64,
 ) -> Evaluations {
     let mut evaluations = 0;
-    for (arrival, reach) in beamlets {
-        if let Some(kernel) = BeamletKernel::reaching(arrival, &rows.raster, [limit, *reach], k) {
+    for number in met {
+        if let Some(kernel) = BeamletKernel::new(&arrivals[*number], &rows.raster, limit, k) {
             evaluations += kernel.add(simd, rows);
         }
     }

@@ -5,7 +5,8 @@ use ndarray::Array2;
 use num_complex::Complex64;
 
 use crate::math::simd_level::level;
-use crate::wave::beamlet::beamlet_kernel::{BeamletKernel, Moments, Rows};
+use crate::wave::beamlet::beamlet_kernel::{BeamletKernel, Moments};
+use crate::wave::beamlet::raster_rows::Rows;
 use crate::wave::beamlet::wavelet::Arrival;
 use crate::wave::grid::raster::Raster;
 use crate::wave::local_bands::carrier::Carrier;
