@@ -178,6 +178,9 @@ pub(crate) struct Tail {
     pub distance: f64,
 }
 
+/// So many widths inside an edge all of a beamlet's energy is on this side of it, to the last bit.
+const DEEP: f64 = 6.0;
+
 impl Tail {
     /// All of a beamlet's energy falls into the box.
     pub(crate) const WHOLE: Self = Self {
@@ -191,10 +194,12 @@ impl Tail {
         let mut tail = Self::WHOLE;
         for a in 0..2 {
             let [low, high] = [bounds[2 * a], bounds[2 * a + 1]];
-            let [below, above] = [low - arrival.at[a], high - arrival.at[a]];
-            tail.share *= 0.5 * (erfc(below / width[a]) - erfc(above / width[a]));
-            let outside = below.max(-above).max(0.0);
-            tail.distance = tail.distance.hypot(outside / width[a]);
+            let [below, above] = [low, high].map(|end| (end - arrival.at[a]) / width[a]);
+            if below < -DEEP && above > DEEP {
+                continue;
+            }
+            tail.share *= 0.5 * (erfc(below) - erfc(above));
+            tail.distance = tail.distance.hypot(below.max(-above).max(0.0));
         }
         tail
     }
