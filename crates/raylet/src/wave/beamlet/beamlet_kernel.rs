@@ -481,4 +481,32 @@ mod tests {
             }
         }
     }
+    /// Columns that lie far apart beside the width of a beamlet.
+    #[test]
+    fn a_beamlet_much_narrower_than_a_column_is_finite() {
+        let raster = Raster {
+            start: [-180.0, -9.0],
+            pitch: [90.0, 0.2],
+            size: [5, 93],
+        };
+        let arrival = Arrival {
+            at: [1.3, -0.4],
+            cosines: [0.1, -0.3],
+            amplitude: Complex64::ONE,
+            curvature: [
+                Complex64::new(0.02, 1.0),
+                Complex64::new(-0.01, 1.4),
+                Complex64::new(0.01, 4.0),
+            ],
+        };
+        let mut rows = Rows::zeros(raster);
+        let kernel = BeamletKernel::new(&arrival, &raster, 4.0, std::f64::consts::TAU).unwrap();
+        dispatch!(level(), simd => kernel.add(simd, &mut rows));
+        let found = (0..93).flat_map(|j| (0..5).map(move |i| [j, i]));
+        assert!(
+            found
+                .map(|at| rows.value(at))
+                .all(|value| value.is_finite())
+        );
+    }
 }

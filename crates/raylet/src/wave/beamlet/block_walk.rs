@@ -64,8 +64,10 @@ impl<'a> RoundFootprint<'a> {
         let first = raster.start[1] + (span[0] / LANES * LANES) as f64 * hy - arrival.at[1];
         let v = first.abs().max((first + (LANES - 1) as f64 * hy).abs());
         let faintest = 0.5 * k * (xx * u * u + 2.0 * (xy * u * v).abs() + yy * v * v);
+        let steepest = k * xx * hx * hx;
         let widest = (half + (shear * v).abs() + u.abs()) / hx;
-        let followed = xy * xy <= ROUND * xx * yy && faintest < FAINTEST && widest < LONGEST as f64;
+        let faint = faintest.max(steepest) >= FAINTEST;
+        let followed = xy * xy <= ROUND * xx * yy && !faint && widest < LONGEST as f64;
         followed.then_some(Self {
             arrival,
             raster,
