@@ -1,7 +1,7 @@
 //! Values of a beamlet along the rows of a block, from column to column.
 //!
 //! Along a row the exponent is quadratic in x, so neighbouring values have a ratio that itself changes by a constant factor: two
-//! complex multiplications per value. [`ColumnValues::add_adjoint`] is held by the dot-product test of `beamlet_kernel`.
+//! complex multiplications per value. `add_dot_product` in `beamlet_kernel.rs` tests the adjoint.
 
 use fearless_simd::{Simd, SimdBase, f64x8};
 use num_complex::Complex64;
