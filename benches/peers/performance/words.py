@@ -71,8 +71,8 @@ No loop uses fused multiply-adds: with them results would have other bits on oth
   products for each quotient. More numbers are alive than a processor has registers, so many instructions load and
   store.
 - **Single rays.** One ray fills one of the lanes of a vector. They serve where a ray must be searched, and in tests.
-- **Sum of beamlets.** A recurrence along each row takes a few products a value, and each value is added to the raster,
-  which stays in the cache.
+- **Sum of beamlets.** All values of a footprint follow from those of one column by products: two complex ones a value.
+  Each value is added to the raster, a few rows of which stay in the cache.
 - **Fourier sums.** Points in random order are sorted first. Then each adds to, or reads from, a small square of a fine
   grid; with 1024² modes the grid is larger than the cache.
 - **Draws of the paper's method.** {draws:.3g} million draws each second: cutting the patch, drawing, tracing and the
