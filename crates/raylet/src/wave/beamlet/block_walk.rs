@@ -121,7 +121,8 @@ impl<'a> RoundFootprint<'a> {
         self.span[0] / LANES..self.span[1].div_ceil(LANES)
     }
 
-    /// The first column of a block that it meets, and the one after the last; the column nearest to the ray is among them.
+    /// The first column of a block that it meets, and the one after the last; the column nearest to the ray is among them. Where it
+    /// meets no column both are that one.
     #[inline(always)]
     pub(crate) fn columns(&self, block: usize) -> [usize; 2] {
         let hy = self.raster.pitch[1];
@@ -139,7 +140,10 @@ impl<'a> RoundFootprint<'a> {
         let first = column(self.shear * left - half(left)).ceil().max(0.0) as usize;
         let end = (column(self.shear * right + half(right)).floor() + 1.0).max(0.0) as usize;
         let end = end.min(self.raster.size[0]);
-        [first.min(self.column), end.max(self.column + 1)]
+        match first < end {
+            true => [first.min(self.column), end.max(self.column + 1)],
+            false => [self.column; 2],
+        }
     }
 }
 
