@@ -95,15 +95,16 @@ impl<'a> BeamletKernel<'a> {
         for block in round.blocks() {
             let [first, end] = round.columns(block);
             let middle = round.column;
-            let columns = rows
+            let (lit, met) = round.lit(simd, block);
+            let right = rows
                 .columns_mut(block, [middle, end])
                 .chunks_exact_mut(COLUMN);
-            walk.rightwards().add(simd, columns);
-            let columns = rows
+            walk.rightwards().only(lit).add(simd, right);
+            let left = rows
                 .columns_mut(block, [first, middle])
                 .chunks_exact_mut(COLUMN);
-            walk.leftwards().add(simd, columns.rev());
-            evaluations += ((end - first) * LANES.min(self.raster.size[1] - block * LANES)) as u64;
+            walk.leftwards().only(lit).add(simd, left.rev());
+            evaluations += ((end - first) * met) as u64;
             walk.rise();
         }
         evaluations
@@ -156,11 +157,12 @@ impl<'a> BeamletKernel<'a> {
             let [first, end] = round.columns(block);
             let right = rows.columns(block, [middle, end]).chunks_exact(COLUMN);
             let left = rows.columns(block, [first, middle]).chunks_exact(COLUMN);
-            let right = walk
-                .rightwards()
-                .add_adjoint(simd, right, self.u(middle), hx);
+            let (lit, _) = round.lit(simd, block);
+            let values = walk.rightwards().only(lit);
+            let right = values.add_adjoint(simd, right, self.u(middle), hx);
             let before = self.u(middle) - hx;
-            let left = walk.leftwards().add_adjoint(simd, left.rev(), before, -hx);
+            let values = walk.leftwards().only(lit);
+            let left = values.add_adjoint(simd, left.rev(), before, -hx);
             self.add_moments(simd, block, &right, &mut moments);
             self.add_moments(simd, block, &left, &mut moments);
             walk.rise();
@@ -332,11 +334,7 @@ impl<'a> BeamletKernel<'a> {
         // Rows that do not belong to the group stay dark.
         let lit = f64x8::from_slice(simd, &group.lit);
         let (value, ratio) = (polar(self.decay(simd, u, v), phase), polar(growth, turn));
-        ColumnValues {
-            value: (value.0 * lit, value.1 * lit),
-            ratio: (ratio.0 * lit, ratio.1 * lit),
-            step,
-        }
+        ColumnValues { value, ratio, step }.only(lit)
     }
 
     /// The factor by which the ratio of neighbouring columns changes.

@@ -121,6 +121,17 @@ impl<'a> RoundFootprint<'a> {
         self.span[0] / LANES..self.span[1].div_ceil(LANES)
     }
 
+    /// One for rows of a block that it meets and zero for others, and how many it meets.
+    #[inline(always)]
+    pub(crate) fn lit<S: Simd>(&self, simd: S, block: usize) -> (f64x8<S>, usize) {
+        let [low, high] = self.span.map(|row| row as f64 - (block * LANES) as f64);
+        let met = high.min(LANES as f64) - low.max(0.0);
+        let lane = f64x8::from_slice(simd, &[0.0, 1.0, 2.0, 3.0, 4.0, 5.0, 6.0, 7.0]);
+        let within = lane.simd_ge(f64x8::splat(simd, low)) & lane.simd_lt(f64x8::splat(simd, high));
+        let (one, zero) = (f64x8::splat(simd, 1.0), f64x8::splat(simd, 0.0));
+        (within.select(one, zero), met as usize)
+    }
+
     /// The first column of a block that it meets, and the one after the last; the column nearest to the ray is among them. Where it
     /// meets no column both are that one.
     #[inline(always)]

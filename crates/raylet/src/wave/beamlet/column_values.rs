@@ -31,6 +31,14 @@ impl<S: Simd> ColumnValues<S> {
         self
     }
 
+    /// The same with rows dark where `lit` is zero; it is one elsewhere.
+    #[inline(always)]
+    pub(crate) fn only(mut self, lit: f64x8<S>) -> Self {
+        self.value = (self.value.0 * lit, self.value.1 * lit);
+        self.ratio = (self.ratio.0 * lit, self.ratio.1 * lit);
+        self
+    }
+
     /// Adds the values to columns.
     #[inline(always)]
     pub(crate) fn add<'c>(self, simd: S, columns: impl Iterator<Item = &'c mut [f64]>) {
