@@ -6,7 +6,7 @@
 
 use std::ops::Range;
 
-use fearless_simd::{Simd, SimdBase, f64x8};
+use fearless_simd::{Select, Simd, SimdBase, f64x8};
 use num_complex::Complex64;
 
 use crate::math::lanes::LANES;
