@@ -120,7 +120,7 @@ impl Kaiser {
 }
 
 /// The modified Bessel function I₀ for moderate x, by its power series of positive terms.
-fn bessel_i0(x: f64) -> f64 {
+pub(crate) fn bessel_i0(x: f64) -> f64 {
     let square = 0.25 * x * x;
     let (mut term, mut sum, mut k) = (1.0, 1.0, 0.0);
     while term > f64::EPSILON * 1e-2 * sum {

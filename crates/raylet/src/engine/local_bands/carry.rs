@@ -17,7 +17,7 @@ use crate::engine::trace::ray_sensitivity::Variation;
 use crate::optics::screen::ScreenKind;
 use crate::optics::system::{Hop, System};
 use crate::wave::beamlet::beamlet_kernel::Moments;
-use crate::wave::beamlet::beamlet_sum::Canvas;
+use crate::wave::beamlet::direction_sectors::{SectorBar, SectorSum};
 use crate::wave::beamlet::wavelet::Arrival;
 use crate::wave::grid::field::{Field, Grid};
 use crate::wave::grid::raster::Raster;
@@ -150,12 +150,12 @@ pub fn carry_kept_adjoint(
         pixels: vec![None; hops.len()],
         parameters: vec![0.0; back.variations.len()],
     };
-    let canvas = Canvas::holding(raster_of(&back.field.grid), &back.field.values);
+    let bar = SectorBar::new(raster_of(&back.field.grid), &back.field.values);
     let mut sent: Option<(&HeldBeamlets, Vec<Moments>)> = None;
     for ((number, hop), kept) in hops.into_iter().enumerate().zip(kept).rev() {
         let through = Back {
             bars: match &sent {
-                None => Bars::Sensor(&canvas),
+                None => Bars::Sensor(&bar),
                 Some((held, bars)) => Bars::Beamlets(held, bars),
             },
             changes: HopChanges::new(back.variations, number, hop)?,
@@ -219,7 +219,7 @@ fn run_hops(
     };
     let k = system.wavenumber();
     let (mut held, mut passed): (Option<HeldBeamlets>, usize) = (None, 0);
-    let mut canvas = Canvas::new(Raster::of(sensor));
+    let mut sum = SectorSum::new(Raster::of(sensor));
     let mut hops = Vec::new();
     for (number, hop) in system.hops().enumerate() {
         let clock = Instant::now();
@@ -232,7 +232,7 @@ fn run_hops(
             })
         };
         let work = Work {
-            canvas: &mut canvas,
+            sum: &mut sum,
             progress: &here,
             held: light.held() + if keep == Keep::All { passed } else { 0 },
             bytes: keep.bytes(),
@@ -257,7 +257,7 @@ fn run_hops(
     }
     let field = Field {
         grid: Grid::of(sensor),
-        values: canvas.finish(),
+        values: sum.finish(),
     };
     Ok(LocalBandOutcome { field, hops })
 }

@@ -29,7 +29,7 @@ use crate::optics::aperture::{Aperture, Outline};
 use crate::optics::screen::{Screen, ScreenKind};
 use crate::optics::system::{Hop, System};
 use crate::wave::beamlet::beamlet_kernel::Moments;
-use crate::wave::beamlet::beamlet_sum::Canvas;
+use crate::wave::beamlet::direction_sectors::{SectorBar, SectorSum};
 use crate::wave::beamlet::wavelet::Arrival;
 use crate::wave::local_bands::element_samples::Element;
 use crate::wave::local_bands::folded_fourier::fast_length;
@@ -81,7 +81,7 @@ pub(crate) struct Sent {
 /// Cotangents of what a hop sends.
 pub(crate) enum Bars<'a> {
     /// Of the field on the sensor.
-    Sensor(&'a Canvas),
+    Sensor(&'a SectorBar),
     /// The moments that they have under beamlets that are held.
     Beamlets(&'a HeldBeamlets, &'a [Moments]),
 }
@@ -120,7 +120,7 @@ impl Bars<'_> {
     /// Of beamlets that were sent one after another from a place on.
     fn of(&self, beamlets: &[Arrival], place: usize, hop: &Hop, edge: f64) -> Vec<Moments> {
         match self {
-            Self::Sensor(canvas) => canvas.add_adjoint(beamlets, hop.wavenumber(), edge),
+            Self::Sensor(bar) => bar.add_adjoint(beamlets, hop.wavenumber(), edge),
             Self::Beamlets(_, bars) => bars[place..place + beamlets.len()].to_vec(),
         }
     }
@@ -145,9 +145,9 @@ impl HopBar {
     }
 }
 
-/// What a hop needs from its run: the canvas on which light is summed, the progress callback and the memory in use.
+/// What a hop needs from its run: the sum on the sensor, the progress callback and the memory in use.
 pub(crate) struct Work<'a> {
-    pub canvas: &'a mut Canvas,
+    pub sum: &'a mut SectorSum,
     pub progress: &'a ShareDone<'a>,
     /// Number of beamlets that are held in memory beside those that the hop sends.
     pub held: usize,
@@ -268,7 +268,7 @@ impl<'a> HopStep<'a> {
         }
     }
 
-    /// Carries the light over the hop: to the canvas where it ends at the sensor, otherwise tile by tile.
+    /// Carries the light over the hop: to the sum on the sensor where it ends at the sensor, otherwise tile by tile.
     ///
     /// # Errors
     /// When the progress of `work` cancels the hop, or more beamlets are to be held than the memory limit has room for.
@@ -487,7 +487,7 @@ impl<'a> HopStep<'a> {
             for mut emitted in emitted {
                 statistics.add(&emitted.statistics);
                 if ends {
-                    let values = work.canvas.add(&emitted.arrivals, k, self.target.edge);
+                    let values = work.sum.add(&emitted.arrivals, k, self.target.edge);
                     statistics.tally.evaluations += values;
                 } else {
                     emitted.arrivals.shrink_to_fit();

@@ -14,9 +14,11 @@ use crate::engine::plan::cost_model::local_bands::{
     NODE, OPERATION, PRODUCT, SMOOTH_WINDOW, SURFACE, VALUE, WAVE, WINDOW,
 };
 use crate::engine::plan::work::Work;
-use crate::optics::screen::{ScreenKind, Sensor};
+use crate::optics::screen::ScreenKind;
 use crate::optics::system::System;
+use crate::wave::beamlet::direction_sectors::Sectors;
 use crate::wave::beamlet::wavelet::Tail;
+use crate::wave::grid::raster::Raster;
 use crate::wave::local_bands::carrier::Carrier;
 use crate::wave::local_bands::edge_mask::PASSBAND;
 use crate::wave::local_bands::element_samples::{edge_pitch, resolves_edge};
@@ -366,23 +368,15 @@ pub(crate) fn quickest_widths(
 /// Directions along each axis whose beamlets stand for all.
 const DIRECTIONS: usize = 3;
 
-/// Pixels of the sensor under one beamlet, as the mean over directions; none where it goes to another screen.
+/// Values of one beamlet on the sensor, as the mean over directions; none where it goes to another screen.
 fn values(step: &HopStep, start: &ChirpedStart, [x0, x1, y0, y1]: &[f64; 4]) -> f64 {
-    let ScreenKind::Sensor(Sensor { pixels, pitch }) = step.hop.to.kind else {
+    let ScreenKind::Sensor(sensor) = &step.hop.to.kind else {
         return 0.0;
     };
-    let half = [0, 1].map(|a| 0.5 * pixels[a] as f64 * pitch[a]);
-    let under = |p: [f64; 2]| {
-        let Ok(arrival) = start.launch(&step.hop, p) else {
-            return 0.0;
-        };
-        let reach = arrival.footprint(step.hop.wavenumber(), step.target.edge);
-        let along = |a: usize| {
-            let low = (arrival.at[a] - reach[a]).max(-half[a]);
-            ((arrival.at[a] + reach[a]).min(half[a]) - low).max(0.0) / pitch[a]
-        };
-        // An ellipse fills this much of its box.
-        std::f64::consts::FRAC_PI_4 * along(0) * along(1)
+    let (sectors, k) = (Sectors::of(Raster::of(sensor)), step.hop.wavenumber());
+    let under = |p: [f64; 2]| match start.launch(&step.hop, p) {
+        Ok(arrival) => sectors.values(&arrival, k, step.target.edge),
+        Err(_) => 0.0,
     };
     let place =
         |i: usize, low: f64, high: f64| low + (high - low) * (i as f64 + 0.5) / DIRECTIONS as f64;

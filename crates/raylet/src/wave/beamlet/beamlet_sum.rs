@@ -70,19 +70,20 @@ impl Canvas {
     /// the canvas holds times its conjugate, summed over its footprint; the first of the moments is the
     /// cotangent of the amplitude when the canvas holds the cotangent of the sum.
     pub(crate) fn add_adjoint(&self, arrivals: &[Arrival], k: f64, threshold: f64) -> Vec<Moments> {
+        let moments = |arrival| self.moments(arrival, k, threshold);
+        arrivals.par_iter().map(moments).collect()
+    }
+
+    /// [`Canvas::add_adjoint`] for one beamlet.
+    pub(crate) fn moments(&self, arrival: &Arrival, k: f64, threshold: f64) -> Moments {
         let level = level();
         let limit = -2.0 * threshold.ln() / k;
-        arrivals
-            .par_iter()
-            .map(|arrival| {
-                let mut total = [Complex64::ZERO; 6];
-                for band in &self.bands[self.bands_of(arrival, limit)] {
-                    let part = dispatch!(level, simd => read(simd, &band.rows, arrival, k, limit));
-                    total.iter_mut().zip(part).for_each(|(t, p)| *t += p);
-                }
-                total
-            })
-            .collect()
+        let mut total = [Complex64::ZERO; 6];
+        for band in &self.bands[self.bands_of(arrival, limit)] {
+            let part = dispatch!(level, simd => read(simd, &band.rows, arrival, k, limit));
+            total.iter_mut().zip(part).for_each(|(t, p)| *t += p);
+        }
+        total
     }
 
     /// The bands that a beamlet's footprint meets, or a band beside them.
