@@ -28,6 +28,8 @@ pub struct Measured {
     pub megabytes: f64,
     /// Expected relative error of the field.
     pub expected: f64,
+    /// The part of it that is counted for edges of lenses, which the reference does not know.
+    pub rims: f64,
     /// Relative L2 error of the field on a block of pixels about the brightest one, nothing fitted; nothing where the
     /// reference does not apply.
     pub error: Option<f64>,
@@ -46,6 +48,7 @@ pub fn measure(case: &Case) -> Result<Measured, Box<dyn Error>> {
         wall: clock.elapsed().as_secs_f64(),
         megabytes: peak_megabytes(),
         expected: outcome.expected_error().unwrap_or(0.0),
+        rims: (outcome.hops.iter()).fold(0.0, |all, hop| hop.tally.edge.hypot(all)),
         error: error(case, &system, &outcome.field.values),
     })
 }
