@@ -56,7 +56,7 @@ impl<'a> AberrationSamples<'a> {
     pub(crate) fn between(&mut self, mode: [usize; 2]) -> Option<Aberration> {
         let low = mode.map(|m| m - m % NODE_SPACING);
         let t = mode.map(|m| (m % NODE_SPACING) as f64 / NODE_SPACING as f64);
-        let (mut cubic, mut quartic) = (0.0, 0.0);
+        let mut total = Aberration::default();
         for (dx, dy) in [(0, 0), (1, 0), (0, 1), (1, 1)] {
             let weight = |d: usize, t: f64| if d == 1 { t } else { 1.0 - t };
             let share = weight(dx, t[0]) * weight(dy, t[1]);
@@ -66,13 +66,14 @@ impl<'a> AberrationSamples<'a> {
             let node = [low[0] + dx * NODE_SPACING, low[1] + dy * NODE_SPACING];
             match self.node(node) {
                 Some(found) => {
-                    cubic += share * found.cubic;
-                    quartic += share * found.quartic;
+                    total.cubic += share * found.cubic;
+                    total.quartic += share * found.quartic;
+                    total.lattice += share * found.lattice;
                 }
                 None => return self.at(mode),
             }
         }
-        Some(Aberration { cubic, quartic })
+        Some(total)
     }
 
     fn node(&mut self, mode: [usize; 2]) -> Option<Aberration> {

@@ -18,6 +18,8 @@ pub(crate) struct Aberration {
     pub cubic: f64,
     /// m₄, the mean quartic phase (rad).
     pub quartic: f64,
+    /// The mean square of the part of the cubic phase that a lattice of windows does not see as constant (rad²).
+    pub lattice: f64,
 }
 
 /// What the aberration inside a beamlet does to the field.
@@ -29,9 +31,22 @@ pub(crate) struct AberrationError {
     pub left: f64,
     /// ε₃², the mean square cubic phase (rad²).
     pub cubic: f64,
+    /// The part of it that the lattice of windows does not see as constant (rad²), as far as it falls on the target.
+    pub lattice: f64,
+    /// The energy of the lattice's first orders that falls on the target, over that of the light itself; at most one.
+    pub orders: f64,
 }
 
 impl AberrationError {
+    /// The same where this part of the lattice's first orders falls on the target.
+    pub(crate) fn with_orders(&self, orders: f64) -> Self {
+        Self {
+            lattice: orders * self.lattice,
+            orders,
+            ..*self
+        }
+    }
+
     /// The same where neighbours leave this part of the cubic phase, which they cancel otherwise.
     pub(crate) fn with_part_of_cubic(&self, part: f64) -> Self {
         let left = self.left.hypot(part * self.cubic.sqrt()).min(1.0);
@@ -60,9 +75,11 @@ impl Aberration {
     /// peak: the cubic phase grows as r³, the quartic one as r⁴, from ⟨r⁶⟩ = 24 and ⟨r⁴⟩ = 6 over the beamlet's
     /// energy in its four dimensions.
     pub(crate) fn at_distance(&self, r: f64) -> Self {
+        let sixth = (r.powi(6) / 24.0).max(1.0);
         Self {
-            cubic: self.cubic * (r.powi(6) / 24.0).max(1.0),
+            cubic: self.cubic * sixth,
             quartic: self.quartic * (r.powi(4) / 6.0).max(1.0),
+            lattice: self.lattice * sixth,
         }
     }
 
@@ -81,6 +98,8 @@ impl Aberration {
             plain: self.eta(),
             left: self.left(),
             cubic: self.cubic,
+            lattice: self.lattice,
+            orders: 1.0,
         }
     }
 
@@ -128,6 +147,26 @@ pub(crate) fn directions() -> [[f64; 4]; 24] {
     list
 }
 
+/// The directions within the plane of a place and its cosine, at 0°, 90°, 45° and -45°, for x and y.
+const PLANES: [[usize; 4]; 2] = [[0, 2, 14, 15], [1, 3, 20, 21]];
+
+/// The mean square of what a lattice of windows along x and y leaves of a Hamiltonian H whose `cubic` values along
+/// [`directions`] are known, before the factor of the distance of windows; nothing where a value that it needs is not known.
+///
+/// In the plane of a place and its cosine H is Re(A exp(3iθ) + B exp(iθ))r³. On a Gaussian a cosine is i times the place, so
+/// H becomes 4Āu³ there. Parts of H that mix x and y leave a tenth as much.
+pub(crate) fn left_on_lattice(cubic: &[Option<f64>; 24]) -> Option<f64> {
+    let along = |plane: [usize; 4]| {
+        let [zero, right, up, down] = plane.map(|number| cubic[number]);
+        let (zero, right, up, down) = (zero?, right?, up?, down?);
+        let half = std::f64::consts::FRAC_1_SQRT_2;
+        let third = [zero - half * (up + down), right - half * (up - down)].map(|a| 0.5 * a);
+        Some(16.0 * (third[0].powi(2) + third[1].powi(2)))
+    };
+    let [x, y] = PLANES.map(along);
+    Some(2.0 * (x? + y?))
+}
+
 /// (s_x, s_y, p′_x, p′_y) of a landing.
 pub(crate) fn phase_point(landing: &Landing) -> [f64; 4] {
     let ([x, y], [p, q]) = (landing.at, landing.cosines);
@@ -158,24 +197,23 @@ pub(crate) fn aberration(
     let centre = phase_point(&centre);
     let scale = [sigma, sigma, 1.0 / (k * sigma), 1.0 / (k * sigma)];
     let displacements = directions().map(|u| std::array::from_fn(|i| u[i] * scale[i]));
-    let (mut cubic, mut quartic) = (0.0, 0.0);
-    for (delta, [plus, minus]) in displacements
-        .iter()
-        .zip(displaced(&rays, start, &displacements)?)
+    let (mut cubic, mut quartic) = ([None; 24], 0.0);
+    for ((cubic, delta), [plus, minus]) in
+        (cubic.iter_mut().zip(&displacements)).zip(displaced(&rays, start, &displacements)?)
     {
         // Their even and odd departures from the linear map, and the Hamiltonian's cubic and quartic.
         let linear: [f64; 4] =
             std::array::from_fn(|i| (0..4).map(|j| jacobian[i][j] * delta[j]).sum());
         let even = std::array::from_fn(|i| 0.5 * (plus[i] + minus[i]) - centre[i]);
         let odd = std::array::from_fn(|i| 0.5 * (plus[i] - minus[i]) - linear[i]);
-        let third = symplectic(&linear, &even) / 3.0;
-        let fourth = symplectic(&linear, &odd) / 4.0;
-        cubic += third * third / 24.0;
-        quartic += fourth / 24.0;
+        *cubic = Some(symplectic(&linear, &even) / 3.0);
+        quartic += symplectic(&linear, &odd) / 4.0 / 24.0;
     }
+    let squares = cubic.iter().flatten().map(|third| third * third);
     Some(Aberration {
-        cubic: 24.0 * k * k * cubic,
+        cubic: k * k * squares.sum::<f64>(),
         quartic: 6.0 * k * quartic,
+        lattice: k * k * left_on_lattice(&cubic).unwrap_or_default(),
     })
 }
 
@@ -201,7 +239,34 @@ fn displaced(
 
 #[cfg(test)]
 mod tests {
-    use crate::engine::beamlet::beamlet_aberration::directions;
+    use num_complex::Complex64;
+
+    use crate::engine::beamlet::beamlet_aberration::{directions, left_on_lattice};
+
+    /// A cubic form of places and cosines along x and y without order.
+    fn cubic_form(u: [Complex64; 4]) -> Complex64 {
+        let (mut sum, mut number) = (Complex64::ZERO, 0.0_f64);
+        for i in 0..4 {
+            for j in i..4 {
+                for l in j..4 {
+                    number += 1.0;
+                    sum += u[i] * u[j] * u[l] * (2.3 * number).sin();
+                }
+            }
+        }
+        sum
+    }
+
+    /// On a Gaussian a cosine acts as i times the place.
+    #[test]
+    fn the_lattice_sees_what_acts_as_a_cubic_phase_on_a_gaussian() {
+        let real = |u: [f64; 4]| cubic_form(u.map(Complex64::from)).re;
+        let found = left_on_lattice(&directions().map(|u| Some(real(u)))).unwrap();
+        let (one, i, zero) = (Complex64::ONE, Complex64::I, Complex64::ZERO);
+        let [x, y] = [[one, zero, i, zero], [zero, one, zero, i]].map(cubic_form);
+        let expected = 2.0 * (x.norm_sqr() + y.norm_sqr());
+        assert!((found / expected - 1.0).abs() < 1e-12, "{found} {expected}");
+    }
 
     #[test]
     fn directions_average_like_the_sphere() {

@@ -75,6 +75,10 @@ pub struct Aberrations {
     pub left: f64,
     /// Σ ε₃².
     pub cubic: f64,
+    /// Σ of the square of what a lattice of windows leaves of ε₃, but for the factor of their distance.
+    pub lattice: f64,
+    /// Σ of the part of the first orders of that lattice that falls on the target.
+    pub orders: f64,
 }
 
 impl Aberrations {
@@ -83,6 +87,8 @@ impl Aberrations {
         self.plain += other.plain;
         self.left += other.left;
         self.cubic += other.cubic;
+        self.lattice += other.lattice;
+        self.orders += other.orders;
     }
 }
 
@@ -173,11 +179,15 @@ impl Tally {
             plain: 1.0,
             left: 1.0,
             cubic: 1.0,
+            lattice: 1.0,
+            orders: 1.0,
         });
         self.aberration.energy += energy;
         self.aberration.plain += energy * found.plain.powi(2);
         self.aberration.left += energy * found.left.powi(2);
         self.aberration.cubic += energy * found.cubic.min(1.0);
+        self.aberration.lattice += energy * found.lattice.min(1.0);
+        self.aberration.orders += energy * found.orders;
     }
 
     /// Adds what the aberration about the centre of a window leaves, which is outside the aperture, beyond that where its light
@@ -241,6 +251,20 @@ impl Tally {
     /// ε₃: the root mean square cubic phase inside beamlets, in rad.
     pub(crate) fn cubic_phase(&self) -> f64 {
         ratio(self.aberration.cubic, self.aberration.energy).sqrt()
+    }
+
+    /// The root mean square of what a lattice of windows leaves of the cubic phase, in rad, but for the factor of their
+    /// distance.
+    pub(crate) fn lattice_phase(&self) -> f64 {
+        ratio(self.aberration.lattice, self.aberration.energy).sqrt()
+    }
+
+    /// The energy of the first orders of the lattice of windows that falls on the target, over that of the light itself.
+    pub(crate) fn orders(&self) -> f64 {
+        match self.aberration.energy > 0.0 {
+            true => ratio(self.aberration.orders, self.aberration.energy),
+            false => 1.0,
+        }
     }
 
     /// How much stronger the beamlets that meet the target are than the field they add up to there: their tails

@@ -3,7 +3,9 @@
 //! Its phase space is sheared: displaced by u in place it is displaced by Qu in direction, as the wave itself. So its
 //! width is not tied to the curvature of the light.
 
-use crate::engine::beamlet::beamlet_aberration::{Aberration, directions, phase_point, symplectic};
+use crate::engine::beamlet::beamlet_aberration::{
+    Aberration, directions, left_on_lattice, phase_point, symplectic,
+};
 use crate::math::complex::{Complex, Symmetric};
 use crate::optics::ray::Loss;
 use crate::optics::system::Hop;
@@ -25,6 +27,10 @@ const LEFT_BETWEEN_TILES: f64 = 1.2;
 
 /// Displaced rays are traced at these parts of their distance.
 pub(crate) const NEARER: [f64; 3] = [1.0, 0.5, 0.25];
+
+/// The part of the mean square cubic phase that a lattice of windows sees, where neighbouring rays are lost and before a run: about
+/// the mean behind lenses and tilted planes.
+pub(crate) const USUALLY_ON_LATTICE: f64 = 0.36;
 
 impl ChirpedStart {
     /// The beamlet of unit coefficient in the direction Δp beside the carrier, where it lands.
@@ -82,10 +88,17 @@ impl ChirpedStart {
         let displacements = directions().map(|[x, y, px, py]| {
             self.sheared([x * self.sigma, y * self.sigma], [px * spread, py * spread])
         });
-        let [cubic, quartic] = self.mean_phases(hop, dp, &displacements)?;
-        Some(Aberration {
-            cubic: 24.0 * k * k * cubic,
-            quartic: 6.0 * k * quartic,
+        // Where an edge stops most of the displaced rays, nearer ones give the same: the means grow with the sixth and the
+        // fourth power of the distance.
+        NEARER.iter().find_map(|part| {
+            let nearer = displacements.map(|d| d.map(|d| part * d));
+            let found = self.phases_at(hop, dp, &nearer)?;
+            let [fourth, sixth] = [part.powi(4), part.powi(6)];
+            Some(Aberration {
+                cubic: k * k * found.cubic / sixth,
+                quartic: k * found.quartic / fourth,
+                lattice: k * k * found.lattice / sixth,
+            })
         })
     }
 
@@ -100,19 +113,14 @@ impl ChirpedStart {
         ]
     }
 
-    /// The mean square of the cubic and the mean of the quartic Hamiltonian that the linear map of rays leaves out,
-    /// over displacements. Where an edge stops most of the displaced rays, nearer ones give the same: the means grow
-    /// with the sixth and the fourth power of the distance.
-    fn mean_phases(&self, hop: &Hop, dp: [f64; 2], displacements: &[[f64; 4]]) -> Option<[f64; 2]> {
-        NEARER.iter().find_map(|part| {
-            let nearer: Vec<[f64; 4]> = displacements.iter().map(|d| d.map(|d| part * d)).collect();
-            let [cubic, quartic] = self.phases_at(hop, dp, &nearer)?;
-            Some([cubic / part.powi(6), quartic / part.powi(4)])
-        })
-    }
-
-    /// The same at these displacements, from the rays that arrive; nothing where these are not the most.
-    fn phases_at(&self, hop: &Hop, dp: [f64; 2], displacements: &[[f64; 4]]) -> Option<[f64; 2]> {
+    /// The cubic and the quartic Hamiltonian in mm, squared and as they are, that the linear map of rays leaves out at these
+    /// displacements, from the rays that arrive; nothing where these are not the most.
+    fn phases_at(
+        &self,
+        hop: &Hop,
+        dp: [f64; 2],
+        displacements: &[[f64; 4]; 24],
+    ) -> Option<Aberration> {
         let Carrier { at, p, .. } = self.carrier;
         let start = [at[0], at[1], p[0] + dp[0], p[1] + dp[1]];
         let (centre, jacobian) = hop.jacobian_along(at, [start[2], start[3]]).ok()?;
@@ -122,22 +130,28 @@ impl ChirpedStart {
             .iter()
             .flat_map(|d| [moved(d, 1.0), moved(d, -1.0)]);
         let landings = hop.trace_all_along(&starts.collect::<Vec<_>>());
-        let (mut sums, mut traced) = ([0.0; 2], 0);
-        for (delta, pair) in displacements.iter().zip(landings.as_chunks::<2>().0) {
+        let (mut thirds, mut fourth) = ([None; 24], 0.0);
+        let pairs = displacements.iter().zip(landings.as_chunks::<2>().0);
+        for (third, (delta, pair)) in thirds.iter_mut().zip(pairs) {
             let [Ok(plus), Ok(minus)] = pair else {
                 continue;
             };
             let (plus, minus) = (phase_point(plus), phase_point(minus));
-            traced += 1;
             let linear: [f64; 4] =
                 std::array::from_fn(|i| (0..4).map(|j| jacobian[i][j] * delta[j]).sum());
             let even = std::array::from_fn(|i| 0.5 * (plus[i] + minus[i]) - centre[i]);
             let odd = std::array::from_fn(|i| 0.5 * (plus[i] - minus[i]) - linear[i]);
-            sums[0] += (symplectic(&linear, &even) / 3.0).powi(2);
-            sums[1] += symplectic(&linear, &odd) / 4.0;
+            *third = Some(symplectic(&linear, &even) / 3.0);
+            fourth += symplectic(&linear, &odd) / 4.0;
         }
-        let most = 2 * traced > displacements.len();
-        most.then(|| sums.map(|sum| sum / traced as f64))
+        let traced = thirds.iter().flatten().count();
+        let squares: f64 = thirds.iter().flatten().map(|third| third * third).sum();
+        let cubic = 24.0 * squares / traced as f64;
+        (2 * traced > thirds.len()).then(|| Aberration {
+            cubic,
+            quartic: 6.0 * fourth / traced as f64,
+            lattice: left_on_lattice(&thirds).unwrap_or(USUALLY_ON_LATTICE * cubic),
+        })
     }
 }
 

@@ -51,6 +51,9 @@ pub(crate) struct Emission<'a> {
     pub corrected: bool,
     /// The aperture of the emitting screen.
     pub aperture: Option<&'a Aperture>,
+    /// How far beside smooth light, in optical cosines, the first orders of the lattice of windows lie; nothing for the light of
+    /// pixels, which has all directions.
+    pub beside: Option<f64>,
 }
 
 /// Beamlets that reach the target, with statistics of how they came about.
@@ -264,11 +267,18 @@ impl Emission<'_> {
             true => found,
             false => lit.aberration(self.hop, dp),
         };
+        let own = kept.tails[strongest].0.share;
+        let orders = self.beside.map_or(1.0, |beside| {
+            self.target.orders(self.hop, start, dp, beside, own)
+        });
         let outside = self.is_outside(start);
         let part = start.left_between_tiles(self.hop.wavenumber(), waves.curvature_change);
         for (tail, energy) in alike.iter().map(|number| &kept.tails[*number]) {
             let error = |counted: Aberration| counted.at_distance(tail.distance).error();
-            let there = counted.map(|counted| error(counted).with_part_of_cubic(part));
+            let there = counted.map(|counted| {
+                let there = error(counted).with_part_of_cubic(part);
+                there.with_orders(orders)
+            });
             statistics.tally.add_aberration(there, *energy);
             if outside {
                 (statistics.tally).add_aberration_outside(found, counted, *energy);
@@ -355,6 +365,7 @@ mod tests {
                 unit: 1.0,
                 corrected: true,
                 aperture,
+                beside: None,
             }
         }
     }

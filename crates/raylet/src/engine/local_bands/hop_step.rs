@@ -163,6 +163,8 @@ pub(crate) struct HopStep<'a> {
     pub hop: Hop<'a>,
     /// What stands on its first screen; nothing where a smooth source has one beamlet a window.
     element: Option<Element<'a>>,
+    /// Whether its element, or one before it, has pixels.
+    behind_pixels: bool,
     shape: WindowShape,
     tiling: Tiling,
     /// The target of the light.
@@ -222,10 +224,12 @@ impl<'a> HopStep<'a> {
                 allowed,
             });
         }
+        let has_pixels = |screen| Element::of(screen).is_some_and(|e| e.pixels().is_some());
         Ok(Self {
             system,
             settings,
             hop,
+            behind_pixels: system.screens[..=number].iter().any(has_pixels),
             element,
             shape,
             tiling,
@@ -388,7 +392,14 @@ impl<'a> HopStep<'a> {
             unit: run.unit(),
             corrected: self.settings.corrected,
             aperture: self.element.as_ref().map(|element| element.aperture()),
+            beside: self.beside(),
         }
+    }
+
+    /// How far beside smooth light, in optical cosines, the first orders of the lattice of windows lie; nothing for the light of
+    /// pixels, which has all directions.
+    pub(crate) fn beside(&self) -> Option<f64> {
+        (!self.behind_pixels).then(|| self.hop.wavelength / (self.shape.step * self.shape.sigma))
     }
 
     /// Windows with light: those inside the aperture, and those that its edge cuts.

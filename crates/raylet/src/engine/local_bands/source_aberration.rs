@@ -57,6 +57,8 @@ impl SourceAberration {
             plain,
             left,
             cubic: self.phases.cubic,
+            lattice: self.phases.lattice,
+            orders: 1.0,
         }
     }
 
@@ -137,6 +139,7 @@ impl<'a> Middle<'a> {
         let phases = Aberration {
             cubic: sixth * mean(&|pair| pair.exponent[1].im.powi(2)),
             quartic: fourth * mean(&|pair| pair.exponent[0].im) / 3.0,
+            lattice: 0.0,
         };
         let all = <&[Pair; DIRECTIONS]>::try_from(&traced[..]).ok();
         Some(SourceAberration {

@@ -1,7 +1,9 @@
 //! The part of the next screen that beamlets must reach: the aperture of the next screen, or the pixels of a sensor.
 
+use crate::engine::local_bands::chirped_beamlet::ChirpedStart;
 use crate::optics::aperture::Aperture;
 use crate::optics::screen::{Screen, ScreenKind};
+use crate::optics::system::Hop;
 use crate::wave::beamlet::wavelet::{Arrival, Tail};
 
 /// Distance from an aperture up to which light is summed, in σ of its windows: the sinc sums at its edge need it.
@@ -55,6 +57,28 @@ impl TargetRegion {
         }
     }
 
+    /// The energy of the first orders of a grating of windows that falls on its box, over that of the light itself in a direction
+    /// Δp beside the carrier, of which the share `own` does; at most one. Orders are `beside` the light, in optical cosines.
+    pub(crate) fn orders(
+        &self,
+        hop: &Hop,
+        start: &ChirpedStart,
+        [p, q]: [f64; 2],
+        beside: f64,
+        own: f64,
+    ) -> f64 {
+        let directions = [
+            [p + beside, q],
+            [p - beside, q],
+            [p, q + beside],
+            [p, q - beside],
+        ];
+        let landed = start.launch_all(hop, &directions);
+        let share = |order| Tail::of(order, self.bounds, hop.wavenumber()).share;
+        let mean = landed.iter().flatten().map(share).sum::<f64>() / directions.len() as f64;
+        (mean / own.max(f64::MIN_POSITIVE)).min(1.0)
+    }
+
     /// Whether a beamlet's footprint may meet it.
     pub(crate) fn meets(&self, arrival: &Arrival, k: f64) -> bool {
         let reach = arrival.footprint(k, self.edge);
@@ -71,9 +95,13 @@ impl TargetRegion {
 mod tests {
     use num_complex::Complex64;
 
+    use crate::engine::local_bands::chirped_beamlet::ChirpedStart;
     use crate::engine::local_bands::target::TargetRegion;
-    use crate::fixtures::parts::{on_axis, screen, sensor};
+    use crate::fixtures::parts::{on_axis, open_screen, screen, sensor};
+    use crate::optics::frame::Frame;
+    use crate::optics::system::Hop;
     use crate::wave::beamlet::wavelet::{Arrival, Tail};
+    use crate::wave::local_bands::carrier::Carrier;
 
     const K: f64 = 1e4;
     const EDGE: f64 = 1e-3;
@@ -123,5 +151,33 @@ mod tests {
             assert_eq!(summed == 0.0, covers, "{width} {at:?}: {summed:e}");
             assert!(summed <= told, "{width} {at:?}: {summed:e} of {told:e}");
         }
+    }
+
+    /// Windows of 0.2 mm about a focus 20 mm on: their orders land 0.04 mm beside it, within a sensor of 0.2 mm and beside one of
+    /// 0.02 mm.
+    #[test]
+    fn orders_count_as_far_as_they_land_on_the_sensor() {
+        let start = ChirpedStart {
+            carrier: Carrier {
+                at: [0.3, 0.0],
+                p: [-0.015, 0.0],
+                q: [-0.05, 0.0, -0.05],
+            },
+            sigma: 0.2,
+        };
+        let from = open_screen(Frame::GLOBAL);
+        let orders = |pitch: f64| {
+            let to = screen(on_axis(20.0), sensor(10, pitch));
+            let hop = Hop {
+                wavelength: 0.5e-3,
+                from: &from,
+                train: &[],
+                to: &to,
+            };
+            let target = TargetRegion::of(&to, 0.0, 1e-3).unwrap();
+            target.orders(&hop, &start, [0.0; 2], 0.5e-3 / 0.25, 1.0)
+        };
+        assert!(orders(0.02) > 0.99, "{}", orders(0.02));
+        assert!(orders(0.002) < 0.01, "{}", orders(0.002));
     }
 }

@@ -5,7 +5,7 @@
 //! has there.
 
 use crate::engine::error::window_error::left_by_lattice;
-use crate::engine::local_bands::chirped_beamlet::ChirpedStart;
+use crate::engine::local_bands::chirped_beamlet::{ChirpedStart, USUALLY_ON_LATTICE};
 use crate::engine::local_bands::local_band_error::LocalBandError;
 use crate::engine::local_bands::outside_aberration::outside_aberration;
 use crate::engine::local_bands::settings::{LocalBandPlan, SourceAperture, TILE};
@@ -183,7 +183,7 @@ fn carried(hop: &Hop, carrier: &Carrier) -> Option<Carrier> {
 /// Root mean square, over carriers, of the error that aberration inside beamlets of width σ leaves when it is corrected,
 /// with what windows a `step` of so many σ apart leave of it, and with that of windows outside the aperture.
 fn aberration_left(hop: &Hop, sampled: &[Carrier], sigma: f64, step: f64) -> f64 {
-    let lattice = left_by_lattice(step);
+    let lattice = USUALLY_ON_LATTICE.sqrt() * left_by_lattice(step);
     let tile = TILE as f64 * step * sigma;
     let square = |carrier: &Carrier| {
         let start = ChirpedStart {

@@ -2,6 +2,7 @@
 
 use std::f64::consts::TAU;
 
+use crate::engine::error::error_budget::left_out;
 use crate::engine::local_bands::chirped_beamlet::ChirpedStart;
 use crate::engine::local_bands::edge_workload::{SeenRim, edge_area};
 use crate::engine::local_bands::hop_step::HopStep;
@@ -131,11 +132,11 @@ fn work_of_hop(
     carriers.iter().map(one).sum::<Work>() * (1.0 / carriers.len().max(1) as f64)
 }
 
-/// The part of the plane waves that are left out which falls on the target, over that of those that are followed, as a ratio
-/// of amplitudes, at most one; one behind pixels, which send light in all directions.
+/// What the plane waves that are left out do on the target, over those that are followed there, as a ratio of amplitudes, at most
+/// one; one behind pixels, which send light in all directions.
 fn dropped_on_target(step: &HopStep, carriers: &[Carrier], settings: &LocalBandSettings) -> f64 {
     let (sigma, k) = (step.plan().sigma, step.hop.wavenumber());
-    let (mut dropped, mut followed) = (0.0, 0.0);
+    let (mut dropped, mut followed, mut orders) = (0.0, 0.0, 0.0);
     for carrier in carriers {
         let start = ChirpedStart {
             carrier: *carrier,
@@ -154,13 +155,17 @@ fn dropped_on_target(step: &HopStep, carriers: &[Carrier], settings: &LocalBandS
             share_on_target(step, &start, &waves.bounds, radius)
         };
         dropped += on_target((waves.kept * k * sigma).powi(2) + 1.0);
-        followed += RADII
-            .map(|(square, weight)| weight * on_target(square))
-            .iter()
-            .sum::<f64>();
+        let own: f64 = (RADII.iter())
+            .map(|(square, weight)| weight * on_target(*square))
+            .sum();
+        followed += own;
+        orders += own
+            * step.beside().map_or(1.0, |beside| {
+                (step.target).orders(&step.hop, &start, [0.0; 2], beside, own)
+            });
     }
     match followed > 0.0 {
-        true => (dropped / followed).min(1.0).sqrt(),
+        true => (dropped / followed).min(1.0).sqrt() * left_out(orders / followed),
         false => 1.0,
     }
 }
