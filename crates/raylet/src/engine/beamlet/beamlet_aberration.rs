@@ -18,7 +18,7 @@ pub(crate) struct Aberration {
     pub cubic: f64,
     /// m₄, the mean quartic phase (rad).
     pub quartic: f64,
-    /// The mean square of the part of the cubic phase that a lattice of windows does not see as constant (rad²).
+    /// The part of ε₃² that a lattice of windows leaves, but for the factor of their distance (rad²).
     pub lattice: f64,
 }
 
@@ -31,7 +31,8 @@ pub(crate) struct AberrationError {
     pub left: f64,
     /// ε₃², the mean square cubic phase (rad²).
     pub cubic: f64,
-    /// The part of it that the lattice of windows does not see as constant (rad²), as far as it falls on the target.
+    /// The part of it that the lattice of windows leaves, but for the factor of their distance (rad²), as far as it falls on
+    /// the target.
     pub lattice: f64,
     /// The energy of the lattice's first orders that falls on the target, over that of the light itself; at most one.
     pub orders: f64,
