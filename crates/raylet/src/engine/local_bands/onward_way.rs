@@ -1,46 +1,56 @@
-//! The way of light through the bare apertures that follow a screen, to the next element or the sensor.
+//! The way of light through the bare apertures and smooth elements that follow a screen, to the next other element or the sensor.
 //!
-//! A bare aperture leaves directions as they are. So of the light that an element or an edge sends there aside, only that counts
-//! which goes on to the next element or the sensor, and the light of the source itself, which the aperture may diffract. What an
-//! edge diffracts of light that another edge has diffracted to pass it is left out: it is the product of two small shares.
-//! Pixels send much of their light aside, and the edge of an aperture may turn it to the sensor: behind them all directions are
-//! followed. With fewer, the field behind a small stop that follows random pixels was wrong by 1.6e-2 in place of 1e-3.
+//! A bare aperture leaves directions as they are, and a smooth phase changes each by the slope that it has there. So of the light
+//! that an element or an edge sends there aside, only that counts which goes on to the next other element or the sensor, and the
+//! light of the source itself, which the edges on the way may diffract. What an edge diffracts of light that another edge has
+//! diffracted to pass it is left out: it is the product of two small shares. Pixels send much of their light aside, and the edge
+//! of an aperture may turn it to the sensor: behind them all directions are followed. With fewer, the field behind a small stop
+//! that follows random pixels was wrong by 1.6e-2 in place of 1e-3.
 
 use crate::engine::local_bands::chirped_beamlet::ChirpedStart;
 use crate::engine::local_bands::settings::LocalBandSettings;
 use crate::engine::local_bands::target::{MARGIN, TargetRegion};
-use crate::engine::local_bands::window_directions::{WindowDirections, window_directions};
+use crate::engine::local_bands::window_directions::{RayWay, WindowDirections, window_directions};
+use crate::math::complex::{Complex, Symmetric};
+use crate::optics::doe::Doe;
 use crate::optics::screen::{Screen, ScreenKind};
 use crate::optics::surface::{Surface, without_edges};
 use crate::optics::system::{Hop, System};
+use crate::wave::beamlet::wavelet::Arrival;
+use crate::wave::local_bands::carrier::Carrier;
+use crate::wave::local_bands::element_phase::ElementPhase;
 
-/// How far beside the target light counts, in diffraction widths λ/D of each bare aperture before it.
+/// How far beside the target light counts, in diffraction widths λ/D of each screen before it.
 const WIDTHS: f64 = 4.0;
 
-/// What stands behind the bare apertures that follow a screen, and the surfaces on the way there.
+/// Points along each axis at which the bend of a smooth element is sampled.
+const BEND_SAMPLES: usize = 9;
+
+/// Smooth elements are passed whose bend makes the map of directions before to directions behind them differ by at most this from
+/// its mean: only one direction of a window leads to each place then.
+const UNEVEN: f64 = 0.5;
+
+/// What stands behind the screens that follow a screen, and the way there.
 pub(crate) struct OnwardWay<'a> {
-    wavelength: f64,
-    from: &'a Screen,
-    train: Vec<Surface>,
-    to: &'a Screen,
+    way: SmoothWay<'a>,
     target: TargetRegion,
 }
 
 impl<'a> OnwardWay<'a> {
-    /// Of the hop with this number; nothing where it ends at an element or the sensor, begins at pixels, or where what follows has
-    /// no edge.
+    /// Of the hop with this number; nothing where it ends at the sensor or at an element that does not bend light smoothly, begins
+    /// at pixels, or where what follows has no edge.
     pub(crate) fn behind(
         system: &'a System,
         settings: &LocalBandSettings,
         number: usize,
         edge: f64,
     ) -> Option<Self> {
-        let bare = |screen: &Screen| matches!(screen.kind, ScreenKind::Stop(_));
         let from = system.screens.get(number)?;
         if matches!(&from.kind, ScreenKind::Doe(doe) if doe.pixels().is_some()) {
             return None;
         }
-        let last = (number + 1..system.screens.len()).find(|n| !bare(&system.screens[*n]))?;
+        let passes = |n: &usize| passes(system, [number, *n]);
+        let last = (number + 1..system.screens.len()).find(|n| !passes(n))?;
         if last == number + 1 {
             return None;
         }
@@ -49,16 +59,13 @@ impl<'a> OnwardWay<'a> {
             .windows(last)
             .map_or(0.0, |next| MARGIN * next.sigma);
         let mut target = TargetRegion::of(to, margin, edge)?;
-        for bare in number + 1..last {
-            let beside = diffracted_aside(system, [bare, last])?;
+        for passed in number + 1..last {
+            let beside = diffracted_aside(system, [passed, last])?;
             let sides = target.bounds.iter_mut().enumerate();
             sides.for_each(|(side, end)| *end += if side % 2 == 0 { -beside } else { beside });
         }
         Some(Self {
-            wavelength: system.wavelength,
-            from,
-            train: open_train(system, [number, last])?,
-            to,
+            way: SmoothWay::between(system, [number, last])?,
             target,
         })
     }
@@ -71,13 +78,7 @@ impl<'a> OnwardWay<'a> {
         start: &ChirpedStart,
         own: [f64; 2],
     ) -> Option<WindowDirections> {
-        let hop = Hop {
-            wavelength: self.wavelength,
-            from: self.from,
-            train: &self.train,
-            to: self.to,
-        };
-        let Some(on) = window_directions(&hop, start, &self.target) else {
+        let Some(on) = window_directions(&self.way, start, &self.target) else {
             return Some(found);
         };
         let mut both = found;
@@ -91,29 +92,185 @@ impl<'a> OnwardWay<'a> {
     }
 }
 
-/// The surfaces between two screens, without edges.
-fn open_train(system: &System, [from, to]: [usize; 2]) -> Option<Vec<Surface>> {
-    let trains = system.trains.get(from..to)?.iter();
-    Some(trains.flat_map(|train| without_edges(train)).collect())
-}
-
-/// How far aside a bare aperture spreads light on a later screen, in mm; nothing where no ray gets there.
-fn diffracted_aside(system: &System, [bare, last]: [usize; 2]) -> Option<f64> {
-    let hop = Hop {
-        wavelength: system.wavelength,
-        from: system.screens.get(bare)?,
-        train: &open_train(system, [bare, last])?,
-        to: system.screens.get(last)?,
+/// Whether light from one screen passes another as rays do: it is a bare aperture, or a plane element of smooth phases that bends
+/// light nearly evenly.
+fn passes(system: &System, [from, to]: [usize; 2]) -> bool {
+    let Some(screen) = system.screens.get(to) else {
+        return false;
     };
-    let [x0, x1, y0, y1] = hop.from.bounds()?;
-    let (_, j) = hop.jacobian([0.0; 2], [0.0; 2]).ok()?;
-    let widest = [j[0][2], j[0][3], j[1][2], j[1][3]].map(f64::abs);
-    let widest = widest.into_iter().fold(0.0, f64::max);
-    Some(WIDTHS * hop.wavelength / (x1 - x0).min(y1 - y0) * widest)
+    match &screen.kind {
+        ScreenKind::Stop(_) => true,
+        ScreenKind::Sensor(_) => false,
+        ScreenKind::Doe(doe) => {
+            let smooth = doe.profiles().is_some();
+            let flat = screen.is_plane() && screen.behind.is_none();
+            smooth && flat && bends_evenly(system, [from, to], doe).unwrap_or(false)
+        }
+    }
 }
 
-/// The directions from a window that lead to the target of a hop; where that is a bare aperture, those that lead `onward`, or are
-/// no farther than `own` from the window's carrier; nothing where none does.
+/// Whether the directions behind an element are nearly a linear map of those at an earlier screen: p′ = p + ∇φ(s)/k at s = Lp, so
+/// that ∂p′/∂p = 1 + HL/k with the second derivatives H of the phase. Nothing where no ray gets there.
+fn bends_evenly(system: &System, [from, to]: [usize; 2], doe: &Doe) -> Option<bool> {
+    let (_, lever) = SmoothWay::between(system, [from, to])?.land([0.0; 2], [0.0; 2])?;
+    let [x0, x1, y0, y1] = doe.aperture.bounds()?;
+    let (phase, k) = (phase_of(doe), system.wavenumber());
+    let place =
+        |low: f64, high: f64, i: usize| low + (high - low) * (i as f64 + 0.5) / BEND_SAMPLES as f64;
+    let samples = BEND_SAMPLES * BEND_SAMPLES;
+    let places = (0..samples).map(|n| {
+        [
+            place(x0, x1, n % BEND_SAMPLES),
+            place(y0, y1, n / BEND_SAMPLES),
+        ]
+    });
+    let inside = places.filter(|[x, y]| doe.aperture.contains(*x, *y));
+    let map = |at: [f64; 2]| {
+        let [xx, xy, yy] = phase.carrier(at, 0.0, k).q;
+        let row = |a: f64, b: f64| [0, 1].map(|c| a * lever[0][c] + b * lever[1][c]);
+        let ([a, b], [c, d]) = (row(xx, xy), row(xy, yy));
+        [1.0 + a, b, c, 1.0 + d]
+    };
+    let maps: Vec<[f64; 4]> = inside.map(map).collect();
+    let mean = [0, 1, 2, 3].map(|i| maps.iter().map(|m| m[i]).sum::<f64>() / maps.len() as f64);
+    let [a, b, c, d] = mean;
+    let determinant = a * d - b * c;
+    let uneven = |m: &[f64; 4]| {
+        let [ma, mb, mc, md] = *m;
+        let [e, f] = [d * ma - b * mc, d * mb - b * md].map(|x| x / determinant);
+        let [g, h] = [a * mc - c * ma, a * md - c * mb].map(|x| x / determinant);
+        ((e - 1.0).powi(2) + f * f + g * g + (h - 1.0).powi(2)).sqrt()
+    };
+    Some(maps.iter().all(|m| uneven(m) < UNEVEN))
+}
+
+/// The phase of an element.
+fn phase_of(doe: &Doe) -> ElementPhase<'_> {
+    ElementPhase {
+        doe: Some(doe),
+        aperture: doe.aperture.clone(),
+    }
+}
+
+/// A way past bare apertures and through smooth elements: surfaces without edges, and the elements between them.
+struct SmoothWay<'a> {
+    wavelength: f64,
+    legs: Vec<Leg<'a>>,
+}
+
+/// A part of a way, up to an element or its end.
+struct Leg<'a> {
+    from: &'a Screen,
+    train: Vec<Surface>,
+    to: &'a Screen,
+}
+
+impl<'a> SmoothWay<'a> {
+    /// From one screen to another.
+    fn between(system: &'a System, [from, last]: [usize; 2]) -> Option<Self> {
+        let is_element = |n: &usize| matches!(system.screens[*n].kind, ScreenKind::Doe(_));
+        let ends = (from + 1..last).filter(is_element).chain([last]);
+        let mut legs = Vec::new();
+        let mut begin = from;
+        for end in ends {
+            let trains = system.trains.get(begin..end)?.iter();
+            legs.push(Leg {
+                from: system.screens.get(begin)?,
+                train: trains.flat_map(|train| without_edges(train)).collect(),
+                to: system.screens.get(end)?,
+            });
+            begin = end;
+        }
+        Some(Self {
+            wavelength: system.wavelength,
+            legs,
+        })
+    }
+
+    /// Its parts.
+    fn hops(&self) -> impl Iterator<Item = Hop<'_>> {
+        self.legs.iter().map(|leg| Hop {
+            wavelength: self.wavelength,
+            from: leg.from,
+            train: &leg.train,
+            to: leg.to,
+        })
+    }
+}
+
+/// The slope and the curvature that the element of a later part of a way gives light at a place.
+fn bend(hop: &Hop, at: [f64; 2]) -> Carrier {
+    match &hop.from.kind {
+        ScreenKind::Doe(doe) => phase_of(doe).carrier(at, 0.0, hop.wavenumber()),
+        ScreenKind::Stop(_) | ScreenKind::Sensor(_) => Carrier {
+            at,
+            p: [0.0; 2],
+            q: [0.0; 3],
+        },
+    }
+}
+
+impl RayWay for SmoothWay<'_> {
+    fn land(&self, at: [f64; 2], p: [f64; 2]) -> Option<([f64; 2], [[f64; 2]; 2])> {
+        let (mut at, mut p) = (at, p);
+        // ∂(s, p)/∂p of the start, rows by s and p.
+        let mut slope = [[0.0, 0.0], [0.0, 0.0], [1.0, 0.0], [0.0, 1.0]];
+        for (number, hop) in self.hops().enumerate() {
+            if number > 0 {
+                let Carrier {
+                    p: turn,
+                    q: [xx, xy, yy],
+                    ..
+                } = bend(&hop, at);
+                for c in 0..2 {
+                    let [x, y] = [slope[0][c], slope[1][c]];
+                    slope[2][c] += xx * x + xy * y;
+                    slope[3][c] += xy * x + yy * y;
+                }
+                p = [p[0] + turn[0], p[1] + turn[1]];
+            }
+            let (landing, j) = hop.jacobian_along(at, p).ok()?;
+            slope = j.map(|row| {
+                [0, 1].map(|c| row.iter().zip(&slope).map(|(j, slope)| j * slope[c]).sum())
+            });
+            (at, p) = (landing.at, landing.cosines);
+        }
+        Some((at, [slope[0], slope[1]]))
+    }
+
+    fn carry(&self, start: &ChirpedStart, dp: [f64; 2]) -> Option<Arrival> {
+        let mut hops = self.hops();
+        let mut arrival = start.launch(&hops.next()?, dp).ok()?;
+        for hop in hops {
+            let turned = bend(&hop, arrival.at);
+            let p = [0, 1].map(|a| arrival.cosines[a] + turned.p[a]);
+            let [xx, xy, yy] = [0, 1, 2].map(|i| {
+                let own = arrival.curvature[i];
+                Complex::new(own.re + turned.q[i], own.im)
+            });
+            let carried = hop.carry_along(arrival.at, p, Symmetric { xx, xy, yy });
+            arrival = carried.ok()?.arrival(hop.wavenumber());
+        }
+        Some(arrival)
+    }
+
+    fn medium(&self) -> (f64, f64) {
+        let index = self.legs.first().map_or(1.0, |leg| leg.from.index_behind());
+        (std::f64::consts::TAU / self.wavelength, index)
+    }
+}
+
+/// How far aside a screen spreads light on a later one, in mm; nothing where no ray gets there.
+fn diffracted_aside(system: &System, [passed, last]: [usize; 2]) -> Option<f64> {
+    let way = SmoothWay::between(system, [passed, last])?;
+    let [x0, x1, y0, y1] = system.screens.get(passed)?.bounds()?;
+    let (_, [a, b]) = way.land([0.0; 2], [0.0; 2])?;
+    let widest = a.into_iter().chain(b).map(f64::abs).fold(0.0, f64::max);
+    Some(WIDTHS * system.wavelength / (x1 - x0).min(y1 - y0) * widest)
+}
+
+/// The directions from a window that lead to the target of a hop; where light passes that as rays do, those that lead `onward`, or
+/// are no farther than `own` from the window's carrier; nothing where none does.
 pub(crate) fn directions_onward(
     hop: &Hop,
     start: &ChirpedStart,
