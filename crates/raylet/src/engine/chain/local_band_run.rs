@@ -8,7 +8,7 @@ use crate::engine::local_bands::carry::{LocalBandHop, carry_with, planned};
 use crate::engine::local_bands::edge_workload::width_for_edge;
 use crate::engine::local_bands::local_band_error::LocalBandError;
 use crate::engine::local_bands::settings::{LocalBandSettings, STEP};
-use crate::engine::local_bands::source_aperture::source_aperture;
+use crate::engine::local_bands::source::source_aperture::source_aperture;
 use crate::engine::local_bands::window_widths::window_widths;
 use crate::engine::local_bands::workload::quickest_widths;
 use crate::engine::plan::hop_method::HopMethod;

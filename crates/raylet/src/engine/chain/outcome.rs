@@ -8,7 +8,7 @@ use crate::engine::chain::simulate_error::SimulateError;
 use crate::engine::error::error_budget::ErrorBudget;
 use crate::engine::error::tally::Tally;
 use crate::engine::geometrical::chief_ray::chief_landing;
-use crate::engine::local_bands::source_light::power_behind;
+use crate::engine::local_bands::source::source_light::power_behind;
 use crate::engine::plan::hop_method::HopMethod;
 use crate::engine::plan::hop_plan::Plan;
 use crate::engine::rims::rim_screens::Rimmed;

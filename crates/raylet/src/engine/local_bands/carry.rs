@@ -9,7 +9,8 @@ use num_complex::Complex64;
 use crate::engine::error::hop_statistics::HopStatistics;
 use crate::engine::local_bands::held_light::{ArrivingLight, HeldBeamlets};
 use crate::engine::local_bands::hop_changes::HopChanges;
-use crate::engine::local_bands::hop_step::{Back, Bars, HopStep, Work};
+use crate::engine::local_bands::hop_cotangents::{Back, Bars};
+use crate::engine::local_bands::hop_step::{HopStep, Work};
 use crate::engine::local_bands::local_band_error::LocalBandError;
 use crate::engine::local_bands::settings::{LocalBandPlan, LocalBandSettings};
 use crate::engine::progress::{Pulse, uncancelled};
@@ -221,9 +222,13 @@ fn run_hops(
     let (mut held, mut passed): (Option<HeldBeamlets>, usize) = (None, 0);
     let mut sum = SectorSum::new(Raster::of(sensor));
     let mut hops = Vec::new();
+    let mut passing = (keep == Keep::Latest).then(Vec::new);
     for (number, hop) in system.hops().enumerate() {
         let clock = Instant::now();
-        let step = HopStep::new(system, settings, number, hop)?;
+        let mut step = HopStep::new(system, settings, number, hop)?;
+        if passing.as_ref().is_some_and(|tiles| !tiles.is_empty()) {
+            step.widen_footprints();
+        }
         let light = arriving(system, &hop, held.as_ref());
         let here = |share: f64| {
             progress(&LocalBandProgress {
@@ -236,6 +241,7 @@ fn run_hops(
             progress: &here,
             held: light.held() + if keep == Keep::All { passed } else { 0 },
             bytes: keep.bytes(),
+            passing: passing.take(),
         };
         let sent = step.carry(&light, work)?;
         if sent.statistics.beamlets() == 0 {
@@ -250,6 +256,7 @@ fn run_hops(
             seconds: clock.elapsed().as_secs_f64(),
         });
         passed += light.held();
+        passing = (keep == Keep::Latest).then_some(sent.passing);
         done(KeptHop {
             arrived: held.replace(next),
             weakest: sent.weakest,
@@ -277,14 +284,14 @@ mod tests {
     use num_complex::Complex64;
 
     use crate::engine::local_bands::carry::{
-        LocalBandCotangent, carry, carry_kept, carry_kept_adjoint,
+        LocalBandCotangent, LocalBandOutcome, carry, carry_kept, carry_kept_adjoint,
     };
     use crate::engine::local_bands::local_band_error::LocalBandError;
     use crate::engine::local_bands::settings::{LocalBandSettings, SourceAperture};
     use crate::engine::progress::uncancelled;
     use crate::fixtures::noise::noise;
     use crate::fixtures::parts::{
-        box_pixels, conic, element, face, on_axis, pixel_layer, plane_wave, screen, sensor,
+        box_pixels, conic, element, face, lit, on_axis, pixel_layer, plane_wave, screen, sensor,
     };
     use crate::math::vec3::Vec3;
     use crate::optics::aperture::Aperture;
@@ -358,6 +365,36 @@ mod tests {
             let error = (off / norm).sqrt();
             assert!(error < 2e-3, "σ {sigma}: {error:e}");
         }
+    }
+
+    /// Light of a smooth source that does not touch the edge of a bare aperture passes it as it is; windows there bring the same
+    /// field, and far more beamlets.
+    #[test]
+    fn light_that_passes_an_aperture_needs_no_windows_there() {
+        let stop =
+            |z: f64, radius: f64| screen(on_axis(z), ScreenKind::Stop(Aperture::disc(radius)));
+        let mut system = lit(
+            vec![
+                stop(0.0, 1.5),
+                stop(5.0, 1.2),
+                screen(on_axis(60.0), sensor(24, 0.08)),
+            ],
+            vec![vec![], vec![]],
+        );
+        system.wavelength = 0.5e-3;
+        let settings = LocalBandSettings {
+            dropped: Some(3e-4),
+            threshold: 1e-3,
+            ..LocalBandSettings::new(vec![0.03, 0.03])
+        };
+        let passed = carry(&system, &settings).unwrap();
+        let (whole, _) = carry_kept(&system, &settings, &|_| uncancelled()).unwrap();
+        let beamlets = |outcome: &LocalBandOutcome| outcome.hops[1].statistics.beamlets();
+        assert!(4 * beamlets(&passed) < 3 * beamlets(&whole));
+        let norm = |values: &Array2<Complex64>| values.iter().map(|v| v.norm_sqr()).sum::<f64>();
+        let (passed, whole) = (passed.field.values, whole.field.values);
+        let error = (norm(&(&passed - &whole)) / norm(&whole)).sqrt();
+        assert!(error < 4e-4, "{error:e}");
     }
 
     #[test]

@@ -158,7 +158,7 @@ impl ChirpedStart {
 #[cfg(test)]
 mod tests {
     use crate::engine::local_bands::chirped_beamlet::ChirpedStart;
-    use crate::engine::local_bands::source_aberration::source_aberration;
+    use crate::engine::local_bands::source::source_aberration::source_aberration;
     use crate::fixtures::parts::{conic, face, on_axis, open_screen, plane_wave, screen, sensor};
     use crate::optics::aperture::Aperture;
     use crate::optics::surface::Surface;

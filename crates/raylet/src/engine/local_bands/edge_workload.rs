@@ -9,7 +9,7 @@ use crate::engine::local_bands::emission::WEAKER_OF_EDGE;
 use crate::engine::local_bands::hop_step::HopStep;
 use crate::engine::local_bands::local_band_error::LocalBandError;
 use crate::engine::local_bands::settings::LocalBandSettings;
-use crate::engine::local_bands::source_light::source_carrier;
+use crate::engine::local_bands::source::source_light::source_carrier;
 use crate::engine::local_bands::window_directions::{WindowDirections, window_directions};
 use crate::engine::local_bands::window_widths::{SIDE, behind, source_carriers};
 use crate::engine::plan::cost_model::local_bands::{EDGE_WAVE, VALUE};

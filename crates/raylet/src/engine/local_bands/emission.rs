@@ -61,6 +61,8 @@ pub(crate) struct Emission<'a> {
 pub(crate) struct Emitted {
     /// The beamlets.
     pub arrivals: Vec<Arrival>,
+    /// What beamlets of a source start with that pass the aperture at the end of the hop.
+    pub passing: Vec<ChirpedStart>,
     /// The statistics.
     pub statistics: HopStatistics,
     /// Energy of plane waves that were left out since the last one of them was sampled, in parts of what a sample stands for.

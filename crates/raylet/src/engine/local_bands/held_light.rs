@@ -5,7 +5,7 @@ use std::ops::Range;
 use ndarray::Array2;
 use num_complex::Complex64;
 
-use crate::engine::local_bands::source_light::{source_carrier, source_values};
+use crate::engine::local_bands::source::source_light::{source_carrier, source_values};
 use crate::optics::screen::Screen;
 use crate::optics::source::Source;
 use crate::wave::beamlet::beamlet_kernel::Moments;
@@ -103,6 +103,11 @@ impl HeldBeamlets {
         self.arrivals.len()
     }
 
+    /// Whether footprints of a tile of them meet a box.
+    fn is_near(&self, area: [f64; 4]) -> bool {
+        self.groups.iter().any(|group| meet(&group.bounds, area))
+    }
+
     /// The place of the first beamlet of a tile.
     pub(crate) fn start(&self, tile: usize) -> usize {
         self.starts[tile]
@@ -110,22 +115,34 @@ impl HeldBeamlets {
 
     /// The places of those whose footprints meet a box.
     fn within(&self, area: [f64; 4]) -> Vec<usize> {
-        let meets =
-            |b: &[f64; 4]| b[0] <= area[1] && b[1] >= area[0] && b[2] <= area[3] && b[3] >= area[2];
         let near = |place: &usize| {
             let arrival = &self.arrivals[*place];
             let reach = arrival.footprint(self.k, self.edge);
             let [x, y] = arrival.at;
-            meets(&[x - reach[0], x + reach[0], y - reach[1], y + reach[1]])
+            let bounds = [x - reach[0], x + reach[0], y - reach[1], y + reach[1]];
+            meet(&bounds, area)
         };
-        let groups = self.groups.iter().filter(|group| meets(&group.bounds));
+        let groups = self.groups.iter().filter(|group| meet(&group.bounds, area));
         groups
             .flat_map(|group| group.members.clone().filter(near))
             .collect()
     }
 }
 
+/// Whether two boxes meet.
+fn meet(b: &[f64; 4], area: [f64; 4]) -> bool {
+    b[0] <= area[1] && b[1] >= area[0] && b[2] <= area[3] && b[3] >= area[2]
+}
+
 impl<'a> ArrivingLight<'a> {
+    /// Whether there may be light in a box.
+    pub(crate) fn is_near(&self, area: [f64; 4]) -> bool {
+        match self {
+            Self::Source(..) => true,
+            Self::Beamlets(beamlets) => beamlets.is_near(area),
+        }
+    }
+
     /// How many beamlets are held.
     pub(crate) fn held(&self) -> usize {
         match self {

@@ -8,7 +8,9 @@ use num_complex::Complex64;
 
 use crate::engine::local_bands::chirped_beamlet::ChirpedStart;
 use crate::engine::local_bands::local_band_error::LocalBandError;
-use crate::engine::local_bands::source_light::{source_carrier, source_field, source_values};
+use crate::engine::local_bands::source::source_light::{
+    source_carrier, source_field, source_values,
+};
 use crate::engine::trace::complex_rate::pull_rate;
 use crate::engine::trace::ray_sensitivity::{
     BLOCK, Number, PerturbedHops, Variation, VariedHop, pull,

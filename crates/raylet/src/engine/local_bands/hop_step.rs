@@ -11,30 +11,31 @@ use rayon::prelude::*;
 
 use crate::engine::beamlet::mode_histogram::ModeHistogram;
 use crate::engine::error::hop_statistics::HopStatistics;
+use crate::engine::local_bands::chirped_beamlet::ChirpedStart;
 use crate::engine::local_bands::emission::{Emission, Emitted};
-use crate::engine::local_bands::held_light::{ArrivingLight, HeldBeamlets};
-use crate::engine::local_bands::hop_changes::HopChanges;
+use crate::engine::local_bands::held_light::ArrivingLight;
+use crate::engine::local_bands::hop_cotangents::{Back, HopBar, chunk_back};
 use crate::engine::local_bands::local_band_error::LocalBandError;
 use crate::engine::local_bands::onward_way::OnwardWay;
+use crate::engine::local_bands::passing_light::{LEFT_OF_CUBIC, OpenGate, OpenWay, PassingStarts};
 use crate::engine::local_bands::settings::{
     LocalBandPlan, LocalBandSettings, SOURCE_STEP, SourceAperture,
 };
-use crate::engine::local_bands::source_aperture::has_dark_rim;
-use crate::engine::local_bands::source_windows::SourceWindows;
+use crate::engine::local_bands::source::source_aperture::has_dark_rim;
+use crate::engine::local_bands::source::source_windows::SourceWindows;
 use crate::engine::local_bands::target::{MARGIN, TargetRegion};
-use crate::engine::local_bands::tile_plan::TileRun;
+use crate::engine::local_bands::tile_plan::{TileRun, grown};
 use crate::engine::local_bands::tile_run::{TileBar, TileValues};
-use crate::engine::progress::{Cancelled, Pulse, ShareDone};
+use crate::engine::local_bands::window_widths::period_over_pixels;
+use crate::engine::progress::{Cancelled, ShareDone};
 use crate::optics::aperture::{Aperture, Outline};
 use crate::optics::screen::{Screen, ScreenKind};
 use crate::optics::system::{Hop, System};
-use crate::wave::beamlet::beamlet_kernel::Moments;
-use crate::wave::beamlet::direction_sectors::{SectorBar, SectorSum};
+use crate::wave::beamlet::direction_sectors::SectorSum;
 use crate::wave::beamlet::wavelet::Arrival;
 use crate::wave::local_bands::element_samples::Element;
-use crate::wave::local_bands::folded_fourier::fast_length;
 use crate::wave::local_bands::reused_array;
-use crate::wave::local_bands::tiling::{EdgeContact, Tile, Tiling, WindowShape};
+use crate::wave::local_bands::tiling::{EdgeContact, REACH, Tile, Tiling, WindowShape};
 
 /// Beamlets of a smooth source end at this share of the threshold: each of them counts in full.
 const SOURCE_EDGE: f64 = 0.1;
@@ -55,19 +56,6 @@ const FORECAST_SAMPLE: usize = 2;
 /// The light of sampled tiles is kept in this many times the room of one array.
 const KEPT: u64 = 4;
 
-/// Pixels in a period up to which fast transforms are considered.
-const LONGEST_TRANSFORM: f64 = 1e5;
-
-/// A period becomes longer by this factor at most, so that it is a whole number of pixels.
-const LONGER: f64 = 1.05;
-
-/// [`CHUNK`] in the adjoint, which also holds the cotangents of the pixels of these tiles and of the beamlets that
-/// arrived.
-const CHUNK_BACK: usize = 8;
-
-/// The cotangents of the arrived beamlets take at most this part of the memory limit.
-const SHARE_BACK: usize = 4;
-
 /// The light that a hop sends to its second screen.
 pub(crate) struct Sent {
     /// Counts and energies of the plane waves and beamlets.
@@ -76,73 +64,8 @@ pub(crate) struct Sent {
     pub tiles: Vec<Vec<Arrival>>,
     /// Plane waves weaker than this were left out.
     pub weakest: f64,
-}
-
-/// Cotangents of what a hop sends.
-pub(crate) enum Bars<'a> {
-    /// Of the field on the sensor.
-    Sensor(&'a SectorBar),
-    /// The moments that they have under beamlets that are held.
-    Beamlets(&'a HeldBeamlets, &'a [Moments]),
-}
-
-/// The input of the adjoint of a hop.
-pub(crate) struct Back<'a> {
-    /// Cotangents of the light that the hop sends.
-    pub bars: Bars<'a>,
-    /// Changes of the hop with each parameter of the system.
-    pub changes: HopChanges<'a>,
-    /// Plane waves weaker than this were left out.
-    pub weakest: f64,
-    /// Called after each chunk of work.
-    pub pulse: &'a Pulse<'a>,
-}
-
-/// The result of the adjoint of a hop.
-pub(crate) struct HopBar {
-    /// Moments of the cotangent under the beamlets that arrive at its first screen.
-    pub arriving: Vec<Moments>,
-    /// Cotangents of the pixels of the element there, [y, x]; nothing where it has none.
-    pub pixels: Option<Array2<Complex64>>,
-    /// Derivatives with respect to the parameters.
-    pub parameters: Vec<f64>,
-}
-
-impl Bars<'_> {
-    /// The place of the first beamlet of a tile.
-    fn start(&self, tile: usize) -> usize {
-        match self {
-            Self::Sensor(_) => 0,
-            Self::Beamlets(held, _) => held.start(tile),
-        }
-    }
-
-    /// Of beamlets that were sent one after another from a place on.
-    fn of(&self, beamlets: &[Arrival], place: usize, hop: &Hop, edge: f64) -> Vec<Moments> {
-        match self {
-            Self::Sensor(bar) => bar.add_adjoint(beamlets, hop.wavenumber(), edge),
-            Self::Beamlets(_, bars) => bars[place..place + beamlets.len()].to_vec(),
-        }
-    }
-}
-
-impl HopBar {
-    /// Adds what a tile found.
-    fn add(&mut self, bar: TileBar) {
-        for (place, moments) in bar.arriving {
-            let total = self.arriving[place].iter_mut();
-            total.zip(moments).for_each(|(total, part)| *total += part);
-        }
-        let total = self.parameters.iter_mut();
-        total
-            .zip(bar.parameters)
-            .for_each(|(total, part)| *total += part);
-        if let Some(pixels) = &mut self.pixels {
-            for (pixel, value) in bar.pixels {
-                pixels[pixel] += value;
-            }
-        }
-    }
+    /// What light of the source starts with that passes the second screen as it is.
+    pub passing: PassingStarts,
 }
 
 /// What a hop needs from its run: the sum on the sensor, the progress callback and the memory in use.
@@ -153,12 +76,15 @@ pub(crate) struct Work<'a> {
     pub held: usize,
     /// Memory of each beamlet in bytes, with what its adjoint will need.
     pub bytes: usize,
+    /// Whether light of the source passes bare apertures as it is, and what that starts with which has passed those so far.
+    pub passing: Option<PassingStarts>,
 }
 
 /// One hop, ready to run.
 pub(crate) struct HopStep<'a> {
     system: &'a System,
     settings: &'a LocalBandSettings,
+    number: usize,
     /// The hop.
     pub hop: Hop<'a>,
     /// What stands on its first screen; nothing where a smooth source has one beamlet a window.
@@ -228,6 +154,7 @@ impl<'a> HopStep<'a> {
         Ok(Self {
             system,
             settings,
+            number,
             hop,
             behind_pixels: system.screens[..=number].iter().any(has_pixels),
             element,
@@ -236,6 +163,11 @@ impl<'a> HopStep<'a> {
             onward: OnwardWay::behind(system, settings, number, edge),
             target: TargetRegion::of(hop.to, margin, edge).ok_or_else(|| boundless(hop.to))?,
         })
+    }
+
+    /// Lets beamlets end where those of a smooth source do.
+    pub(crate) fn widen_footprints(&mut self) {
+        self.target.edge *= SOURCE_EDGE;
     }
 
     /// What stands on its first screen; nothing where a smooth source has one beamlet a window.
@@ -278,7 +210,11 @@ impl<'a> HopStep<'a> {
     /// When the progress of `work` cancels the hop, or more beamlets are to be held than the memory limit has room for.
     pub(crate) fn carry(&self, light: &ArrivingLight, work: Work) -> Result<Sent, LocalBandError> {
         let Some(element) = &self.element else {
-            let windows = self.source_windows();
+            let gate = self.gate(&work);
+            let windows = SourceWindows {
+                gate: gate.as_ref(),
+                ..self.source_windows()
+            };
             return self.each_tile(work, 0.0, |_, tile| windows.send(tile));
         };
         let run = self.run(light, element);
@@ -366,7 +302,40 @@ impl<'a> HopStep<'a> {
             target: &self.target,
             tiling: &self.tiling,
             corrected: self.settings.corrected,
+            unit: 1.0,
+            left_of_cubic: 0.0,
+            gate: None,
         }
+    }
+
+    /// The aperture at its end, where light of the source may pass.
+    fn gate(&self, work: &Work) -> Option<OpenGate<'a>> {
+        work.passing.as_ref()?;
+        let allowed = self.settings.dropped.unwrap_or(self.settings.threshold);
+        OpenGate::at_end_of(self.system, self.number, allowed)
+    }
+
+    /// The beamlets of the source that have passed the first screen, where they land.
+    fn passed(&self, work: &Work) -> Vec<Emitted> {
+        let starts = work.passing.iter().flatten();
+        let starts: Vec<&Vec<ChirpedStart>> = starts.collect();
+        let way = OpenWay::to_end_of(self.system, self.number);
+        let (Some(way), Some(first)) = (way, self.settings.windows(0)) else {
+            return Vec::new();
+        };
+        let gate = self.gate(work);
+        let area = |step: f64, sigma: f64| (step * sigma).powi(2);
+        let indices = way.hop().from.index_behind() / self.hop.from.index_behind();
+        let WindowShape { step, sigma, .. } = self.shape;
+        let windows = SourceWindows {
+            hop: &way.hop(),
+            unit: indices * area(SOURCE_STEP, first.sigma) / area(step, sigma),
+            left_of_cubic: LEFT_OF_CUBIC,
+            gate: gate.as_ref(),
+            ..self.source_windows()
+        };
+        let send = |starts: &&Vec<ChirpedStart>| windows.send_from(starts);
+        starts.par_iter().map(send).collect()
     }
 
     /// What all tiles share.
@@ -426,7 +395,11 @@ impl<'a> HopStep<'a> {
     /// arrives at tiles of the sample, by their numbers, as far as it fits into memory.
     fn weakest(&self, run: &TileRun) -> (f64, HashMap<usize, TileValues>) {
         let tiles = self.tiling.tiles().into_iter().enumerate();
-        let lit = |tile: &Tile| !self.tiling.lit(tile, run.element.aperture()).is_empty();
+        let lit = |tile: &Tile| {
+            let area = grown(self.tiling.centres(tile), REACH * self.shape.sigma);
+            let open = !self.tiling.lit(tile, run.element.aperture()).is_empty();
+            open && run.light.is_near(area)
+        };
         let tiles: Vec<(usize, Tile)> = tiles.filter(|(_, tile)| lit(tile)).collect();
         let stride = tiles.len().div_ceil(SAMPLE).max(1);
         let sample: Vec<&(usize, Tile)> = tiles.iter().skip(stride / 2).step_by(stride).collect();
@@ -481,12 +454,17 @@ impl<'a> HopStep<'a> {
     /// Works on all tiles, some at a time; what they send is added in their order.
     fn each_tile(
         &self,
-        work: Work,
+        mut work: Work,
         weakest: f64,
         send: impl Fn(usize, &Tile) -> Emitted + Sync,
     ) -> Result<Sent, LocalBandError> {
-        let (k, ends) = (self.hop.wavenumber(), self.ends());
-        let (mut statistics, mut sent) = (HopStatistics::default(), Vec::new());
+        let mut sent = Sent {
+            statistics: HopStatistics::default(),
+            tiles: Vec::new(),
+            weakest,
+            passing: Vec::new(),
+        };
+        self.take(self.passed(&work), &mut work, &mut sent);
         let tiles = self.tiling.tiles();
         let (mut done, mut chunk) = (0, FIRST_CHUNK);
         while let Some(next) = tiles
@@ -495,27 +473,32 @@ impl<'a> HopStep<'a> {
         {
             let numbered = next.par_iter().enumerate();
             let emitted: Vec<Emitted> = numbered.map(|(i, tile)| send(done + i, tile)).collect();
-            for mut emitted in emitted {
-                statistics.add(&emitted.statistics);
-                if ends {
-                    let values = work.sum.add(&emitted.arrivals, k, self.target.edge);
-                    statistics.tally.evaluations += values;
-                } else {
-                    emitted.arrivals.shrink_to_fit();
-                    sent.push(emitted.arrivals);
-                }
-            }
-            self.check_room(&work, &statistics)?;
+            self.take(emitted, &mut work, &mut sent);
+            self.check_room(&work, &sent.statistics)?;
             done += next.len();
             Cancelled::check((work.progress)(done as f64 / tiles.len() as f64))?;
-            let of_tile = statistics.beamlets() / done as u64 + 1;
+            let of_tile = sent.statistics.beamlets() / done as u64 + 1;
             chunk = ((BEAMLETS_AT_ONCE / of_tile) as usize).clamp(1, CHUNK);
         }
-        Ok(Sent {
-            statistics,
-            tiles: sent,
-            weakest,
-        })
+        Ok(sent)
+    }
+
+    /// Adds what tiles send.
+    fn take(&self, emitted: Vec<Emitted>, work: &mut Work, sent: &mut Sent) {
+        let (k, ends) = (self.hop.wavenumber(), self.ends());
+        for mut emitted in emitted {
+            sent.statistics.add(&emitted.statistics);
+            if !emitted.passing.is_empty() {
+                sent.passing.push(emitted.passing);
+            }
+            if ends {
+                let values = work.sum.add(&emitted.arrivals, k, self.target.edge);
+                sent.statistics.tally.evaluations += values;
+            } else {
+                emitted.arrivals.shrink_to_fit();
+                sent.tiles.push(emitted.arrivals);
+            }
+        }
     }
 
     /// Whether its light ends at a sensor.
@@ -545,47 +528,5 @@ impl<'a> HopStep<'a> {
                 limit_mb: self.settings.memory_limit / 1_000_000,
             }),
         }
-    }
-}
-
-/// How many tiles the adjoint works on at a time: each may see all `held` beamlets.
-fn chunk_back(held: usize, memory_limit: usize) -> usize {
-    let of_tile = held * size_of::<(usize, Moments)>();
-    (memory_limit / SHARE_BACK / of_tile.max(1)).clamp(1, CHUNK_BACK)
-}
-
-/// The period of plane waves in σ: a whole number of square pixels that suits fast transforms, where one is near.
-fn period_over_pixels(shape: WindowShape, element: &Element) -> f64 {
-    let pitch = match element.pixels().map(|pixels| pixels.pitch) {
-        Some([x, y]) if x == y => x,
-        _ => return shape.period,
-    };
-    let least = shape.period * shape.sigma / pitch;
-    if least > LONGEST_TRANSFORM {
-        return shape.period;
-    }
-    let whole = fast_length(least.ceil() as usize) as f64;
-    match whole <= LONGER * least {
-        true => whole * pitch / shape.sigma,
-        false => shape.period,
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use crate::engine::local_bands::hop_step::{CHUNK_BACK, chunk_back};
-    use crate::wave::beamlet::beamlet_kernel::Moments;
-
-    /// Cotangents of what arrived at several tiles keep to a quarter of the memory limit, unless those of one tile do not.
-    #[test]
-    fn tiles_on_the_way_back_keep_to_the_memory_limit() {
-        let limit = 24_000_000;
-        for held in [0, 10, 5_000, 20_000, 60_000, 250_000] {
-            let at_once = chunk_back(held, limit);
-            let taken = at_once * held * size_of::<Moments>();
-            assert!(4 * taken <= limit || at_once == 1, "{held}: {at_once}");
-        }
-        assert_eq!(chunk_back(10, limit), CHUNK_BACK);
-        assert_eq!(chunk_back(20_000, limit), 2);
     }
 }

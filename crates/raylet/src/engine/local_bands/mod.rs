@@ -8,14 +8,12 @@
 //! | --- | --- |
 //! | [`settings`] | What may be chosen about a run |
 //! | `held_light` | The light that arrives at a screen: of the source, or as beamlets |
-//! | `source_light` | The light of a source on the first screen |
+//! | `source` | The light of a source: its aperture, its windows, what these depart by |
 //! | `target` | The part of the next screen that beamlets must reach |
 //! | `chirped_beamlet` | One beamlet with the curvature of its carrier, and the aberration inside it |
-//! | `onward_way` | The way of light through bare apertures, to the next element or the sensor |
+//! | `onward_way` | The way of light through bare apertures and smooth elements, to another element or the sensor |
+//! | `passing_light` | The beamlets that pass a bare aperture without touching its edge |
 //! | `window_directions` | Which directions lead from a window to the target |
-//! | `source_aperture` | Whether the aperture of the first screen cuts light that matters |
-//! | `source_windows` | A smooth source: one beamlet a window |
-//! | `source_aberration` | What the sum of a smooth source's beamlets departs by from its wave |
 //! | `tile_plan` | One tile before its light goes on: carriers, samples, windows that see the target |
 //! | `tile_run` | One tile: from the light that arrives to the beamlets that leave, and back |
 //! | `edge_band` | The light of an edge that the nodes of its tile do not resolve |
@@ -28,6 +26,7 @@
 //! | `workload` | What a run will take, by rays of the source |
 //! | [`local_band_error`] | Why local bands cannot carry the light of a system |
 //! | `hop_changes` | How a hop changes with the parameters of a system: rays, element, source |
+//! | `hop_cotangents` | Cotangents of a hop: of what it sends, and of what arrives |
 //! | `hop_step` | One hop: all its tiles, forward and back |
 //! | [`carry`] | The loop over hops, forward and back |
 
@@ -39,15 +38,14 @@ pub(crate) mod edge_workload;
 pub(crate) mod emission;
 pub(crate) mod held_light;
 pub(crate) mod hop_changes;
+pub(crate) mod hop_cotangents;
 pub(crate) mod hop_step;
 pub mod local_band_error;
 pub(crate) mod onward_way;
 pub(crate) mod outside_aberration;
+pub(crate) mod passing_light;
 pub mod settings;
-pub(crate) mod source_aberration;
-pub(crate) mod source_aperture;
-pub(crate) mod source_light;
-pub(crate) mod source_windows;
+pub(crate) mod source;
 pub(crate) mod target;
 pub(crate) mod tile_plan;
 pub(crate) mod tile_run;

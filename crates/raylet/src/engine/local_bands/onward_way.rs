@@ -292,8 +292,10 @@ mod tests {
     use crate::engine::local_bands::settings::LocalBandSettings;
     use crate::engine::local_bands::target::TargetRegion;
     use crate::engine::local_bands::window_directions::WindowDirections;
-    use crate::fixtures::parts::{lit, on_axis, screen, sensor};
+    use crate::fixtures::parts::{element, lit, on_axis, screen, sensor};
     use crate::optics::aperture::Aperture;
+    use crate::optics::doe::Layer;
+    use crate::optics::phase::profile::Profile;
     use crate::optics::screen::ScreenKind;
     use crate::optics::system::System;
     use crate::wave::local_bands::carrier::Carrier;
@@ -314,7 +316,11 @@ mod tests {
 
     /// The directions along x that are followed from a window of the first stop whose light has this one.
     fn followed(p: f64) -> Option<WindowDirections> {
-        let system = system();
+        followed_in(&system(), p, 0.01)
+    }
+
+    /// The same in a system with this band of light under the window.
+    fn followed_in(system: &System, p: f64, own: f64) -> Option<WindowDirections> {
         let settings = LocalBandSettings::new(vec![0.1, 0.1]);
         let hop = system.hops().next().unwrap();
         let start = ChirpedStart {
@@ -326,8 +332,8 @@ mod tests {
             sigma: 0.1,
         };
         let target = TargetRegion::of(hop.to, 0.25, 1e-3).unwrap();
-        let onward = OnwardWay::behind(&system, &settings, 0, 1e-3);
-        directions_onward(&hop, &start, &target, onward.as_ref(), [0.01; 2])
+        let onward = OnwardWay::behind(system, &settings, 0, 1e-3);
+        directions_onward(&hop, &start, &target, onward.as_ref(), [own; 2])
     }
 
     /// Directions up to 26° lead to the second stop. Of these, those within some milliradians lead to the sensor; the window's own
@@ -344,6 +350,39 @@ mod tests {
         let aside = followed(0.2).unwrap().bounds;
         assert!((-0.22..-0.19).contains(&aside[0]), "{aside:?}");
         assert!((aside[1] - 0.01).abs() < 1e-12, "{aside:?}");
+    }
+
+    /// A lens in place of the second stop, in whose focus the sensor stands: a ray of direction p lands 90 mm·p aside, wherever
+    /// it meets the lens. A phase that bends light so unevenly that several directions may lead to one place is not passed.
+    #[test]
+    fn smooth_elements_bend_the_way() {
+        let wavenumber = std::f64::consts::TAU / 0.5e-3;
+        let with = |phase: Profile| {
+            let mut system = system();
+            let element = element(Layer::Phase(phase), Aperture::disc(5.0));
+            system.screens[1].kind = ScreenKind::Doe(element);
+            system
+        };
+        let lens = with(Profile::Lens {
+            focal_length: 90.0,
+            wavenumber,
+        });
+        let found = followed_in(&lens, 0.0, 0.0).unwrap().bounds;
+        // The beamlet of a window of 0.1 mm reaches 0.27 mm there, and the lens spreads light by 4 λ/D · 90 mm = 0.02 mm: with the
+        // sensor 0.38 mm, times 1.15.
+        assert!(
+            found
+                .iter()
+                .all(|side| (0.0047..0.0052).contains(&side.abs())),
+            "{found:?}"
+        );
+        let settings = LocalBandSettings::new(vec![0.1, 0.1]);
+        assert!(OnwardWay::behind(&lens, &settings, 0, 1e-3).is_some());
+        let steep = with(Profile::Polynomial {
+            radius: 5.0,
+            terms: vec![([3, 0], 2e4)],
+        });
+        assert!(OnwardWay::behind(&steep, &settings, 0, 1e-3).is_none());
     }
 
     /// A hop that ends at the sensor has no way on.

@@ -9,13 +9,15 @@ use crate::engine::local_bands::chirped_beamlet::{ChirpedStart, USUALLY_ON_LATTI
 use crate::engine::local_bands::local_band_error::LocalBandError;
 use crate::engine::local_bands::outside_aberration::outside_aberration;
 use crate::engine::local_bands::settings::{LocalBandPlan, SourceAperture, TILE};
-use crate::engine::local_bands::source_aberration::source_aberration;
-use crate::engine::local_bands::source_light::source_carrier;
+use crate::engine::local_bands::source::source_aberration::source_aberration;
+use crate::engine::local_bands::source::source_light::source_carrier;
 use crate::optics::screen::{Screen, ScreenKind};
 use crate::optics::source::Source;
 use crate::optics::system::{Hop, System};
 use crate::wave::local_bands::carrier::Carrier;
 use crate::wave::local_bands::element_samples::Element;
+use crate::wave::local_bands::folded_fourier::fast_length;
+use crate::wave::local_bands::tiling::WindowShape;
 
 /// Rays along each side of the first screen.
 pub(crate) const SIDE: usize = 33;
@@ -37,6 +39,12 @@ const SHARE: f64 = 0.25;
 
 /// The same of a smooth source, whose windows cost little: one beamlet each.
 const SHARE_OF_SOURCE: f64 = 0.05;
+
+/// Pixels in a period up to which fast transforms are considered.
+const LONGEST_TRANSFORM: f64 = 1e5;
+
+/// A period becomes longer by this factor at most, so that it is a whole number of pixels.
+const LONGER: f64 = 1.05;
 
 /// Whether a hop starts with a smooth source or with windows of all directions.
 fn is_smooth(number: usize, aperture: SourceAperture) -> bool {
@@ -250,4 +258,21 @@ fn widest(hop: &Hop, limit: f64, allowed: f64, left: impl Fn(f64) -> f64) -> f64
         }
     }
     best
+}
+
+/// The period of plane waves in σ: a whole number of square pixels that suits fast transforms, where one is near.
+pub(crate) fn period_over_pixels(shape: WindowShape, element: &Element) -> f64 {
+    let pitch = match element.pixels().map(|pixels| pixels.pitch) {
+        Some([x, y]) if x == y => x,
+        _ => return shape.period,
+    };
+    let least = shape.period * shape.sigma / pitch;
+    if least > LONGEST_TRANSFORM {
+        return shape.period;
+    }
+    let whole = fast_length(least.ceil() as usize) as f64;
+    match whole <= LONGER * least {
+        true => whole * pitch / shape.sigma,
+        false => shape.period,
+    }
 }

@@ -146,7 +146,9 @@ pub(crate) fn power_behind(source: &Source, screen: &Screen, k: f64) -> Option<f
 
 #[cfg(test)]
 mod tests {
-    use crate::engine::local_bands::source_light::{power_behind, source_carrier, source_field};
+    use crate::engine::local_bands::source::source_light::{
+        power_behind, source_carrier, source_field,
+    };
     use crate::fixtures::parts::{conic, element, on_axis, open_screen, plane_wave, screen};
     use crate::math::vec3::Vec3;
     use crate::optics::aperture::Aperture;

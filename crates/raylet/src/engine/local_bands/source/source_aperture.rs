@@ -9,7 +9,7 @@ use crate::engine::local_bands::chirped_beamlet::ChirpedStart;
 use crate::engine::local_bands::edge_band::{normals, span_across_edge};
 use crate::engine::local_bands::local_band_error::LocalBandError;
 use crate::engine::local_bands::settings::SourceAperture;
-use crate::engine::local_bands::source_light::source_carrier;
+use crate::engine::local_bands::source::source_light::source_carrier;
 use crate::engine::local_bands::target::TargetRegion;
 use crate::engine::local_bands::window_directions::window_directions;
 use crate::engine::local_bands::window_widths::{SIDE, source_carriers};
@@ -217,7 +217,7 @@ mod tests {
     use std::f64::consts::TAU;
 
     use crate::engine::local_bands::settings::SourceAperture;
-    use crate::engine::local_bands::source_aperture::{has_dark_rim, source_aperture};
+    use crate::engine::local_bands::source::source_aperture::{has_dark_rim, source_aperture};
     use crate::fixtures::parts::{element, lit, on_axis, screen, sensor};
     use crate::math::vec3::Vec3;
     use crate::optics::aperture::{Aperture, Outline};

@@ -16,7 +16,7 @@ use num_complex::Complex64;
 
 use crate::engine::beamlet::beamlet_aberration::{Aberration, AberrationError, CORRECTABLE};
 use crate::engine::local_bands::chirped_beamlet::{ChirpedStart, NEARER};
-use crate::engine::local_bands::source_light::{source_carrier, source_field};
+use crate::engine::local_bands::source::source_light::{source_carrier, source_field};
 use crate::engine::ray_block::hop_rays::RayStart;
 use crate::engine::trace::ray_trace::Carried;
 use crate::optics::ray::Loss;

@@ -8,8 +8,9 @@ use crate::engine::error::tally::Fate;
 use crate::engine::local_bands::chirped_beamlet::ChirpedStart;
 use crate::engine::local_bands::emission::Emitted;
 use crate::engine::local_bands::hop_changes::{HopChanges, SentBeamlet};
-use crate::engine::local_bands::source_aberration::source_aberration;
-use crate::engine::local_bands::source_light::{source_carrier, source_field};
+use crate::engine::local_bands::passing_light::OpenGate;
+use crate::engine::local_bands::source::source_aberration::source_aberration;
+use crate::engine::local_bands::source::source_light::{source_carrier, source_field};
 use crate::engine::local_bands::target::TargetRegion;
 use crate::optics::source::Source;
 use crate::optics::system::Hop;
@@ -32,15 +33,32 @@ pub(crate) struct SourceWindows<'a> {
     pub tiling: &'a Tiling,
     /// Whether the aberration inside beamlets is corrected.
     pub corrected: bool,
+    /// Energy that a window of a unit wave is counted with.
+    pub unit: f64,
+    /// The part of the cubic phase inside beamlets that their neighbours do not cancel.
+    pub left_of_cubic: f64,
+    /// The bare aperture at the end of the hop, where light may pass it.
+    pub gate: Option<&'a OpenGate<'a>>,
 }
 
 impl SourceWindows<'_> {
     /// The beamlets of one tile.
     pub(crate) fn send(&self, tile: &Tile) -> Emitted {
+        self.send_from(&self.starts(tile))
+    }
+
+    /// The beamlets of these windows of a tile; those that pass the aperture at the end of the hop apart.
+    pub(crate) fn send_from(&self, starts: &[ChirpedStart]) -> Emitted {
         let mut out = Emitted::default();
-        for start in self.starts(tile) {
-            let beamlet = self.beamlet(&start, &mut out.statistics);
-            out.arrivals.extend(beamlet);
+        let gate = self.gate.filter(|gate| gate.lets_pass(starts));
+        let (k, edge) = (self.hop.wavenumber(), self.target.edge);
+        for start in starts {
+            match self.beamlet(start, &mut out.statistics) {
+                Some(beamlet) if gate.is_some_and(|gate| gate.holds(&beamlet, k, edge)) => {
+                    out.passing.push(*start);
+                }
+                beamlet => out.arrivals.extend(beamlet),
+            }
         }
         out
     }
@@ -119,7 +137,7 @@ impl SourceWindows<'_> {
         let (hop, k) = (self.hop, self.hop.wavenumber());
         let [x, y] = &self.tiling.positions;
         let field = source_field(self.source, hop.from, start.carrier.at, k);
-        let energy = field.norm_sqr();
+        let energy = self.unit * field.norm_sqr();
         let mut arrival = match start.launch(hop, [0.0; 2]) {
             Ok(arrival) => arrival,
             Err(loss) => {
@@ -135,7 +153,7 @@ impl SourceWindows<'_> {
         arrival.amplitude *= field * density;
         let found = source_aberration(start, hop, self.source);
         if self.target.holds(arrival.at) {
-            let error = found.map(|found| found.error());
+            let error = found.map(|found| found.error().with_part_of_cubic(self.left_of_cubic));
             statistics.tally.add_aberration(error, energy);
         }
         if let Some(found) = found.filter(|_| self.corrected) {
