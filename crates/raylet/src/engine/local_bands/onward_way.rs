@@ -222,11 +222,9 @@ impl RayWay for SmoothWay<'_> {
                     q: [xx, xy, yy],
                     ..
                 } = bend(&hop, at);
-                for c in 0..2 {
-                    let [x, y] = [slope[0][c], slope[1][c]];
-                    slope[2][c] += xx * x + xy * y;
-                    slope[3][c] += xy * x + yy * y;
-                }
+                let [x, y, px, py] = slope;
+                let bent = |p: [f64; 2], a: f64, b: f64| [0, 1].map(|c| p[c] + a * x[c] + b * y[c]);
+                slope = [x, y, bent(px, xx, xy), bent(py, xy, yy)];
                 p = [p[0] + turn[0], p[1] + turn[1]];
             }
             let (landing, j) = hop.jacobian_along(at, p).ok()?;
