@@ -95,7 +95,7 @@ pub(crate) struct HopStep<'a> {
     tiling: Tiling,
     /// The target of the light.
     pub target: TargetRegion,
-    /// What stands behind it, where it is a bare aperture.
+    /// What stands behind it, where light passes it as rays do.
     pub onward: Option<OnwardWay<'a>>,
 }
 
