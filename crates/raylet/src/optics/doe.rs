@@ -52,6 +52,15 @@ impl Doe {
         factors.product()
     }
 
+    /// The phases among its layers that have a singular point, each with that point. Those inside sums are none of them.
+    pub(crate) fn singular_phases(&self) -> Vec<(&Profile, [f64; 2])> {
+        let own = |layer| match layer {
+            &Layer::Phase(ref profile) => Some((profile, profile.singular_point()?)),
+            Layer::Pixels(_) | Layer::Sum(_) | Layer::OnSurface(..) => None,
+        };
+        self.layers.iter().filter_map(own).collect()
+    }
+
     /// The pixel grid over x and y that sets this element's sampling, if it has one: the first of its layers.
     pub fn pixels(&self) -> Option<&Pixels> {
         first_pixels(&self.layers)
@@ -145,14 +154,17 @@ impl Doe {
         Some(profiles)
     }
 
-    /// The largest gradient of the analytic phases along x and y over a box, in rad/mm, by sampling.
+    /// The largest gradient of the analytic phases along x and y over a box, in rad/mm, by sampling; no nearer to a singular
+    /// point than from sample to sample.
     pub fn steepest(&self, bounds: [f64; 4]) -> [f64; 2] {
         let mut steepest = [0.0f64; 2];
+        let step = [0, 1].map(|a| (bounds[2 * a + 1] - bounds[2 * a]) / 32.0);
+        let closest = step[0].min(step[1]);
         for j in 0..=32 {
             for i in 0..=32 {
-                let x = bounds[0] + (bounds[1] - bounds[0]) * f64::from(i) / 32.0;
-                let y = bounds[2] + (bounds[3] - bounds[2]) * f64::from(j) / 32.0;
-                let here = slopes(&self.layers, x, y);
+                let x = bounds[0] + step[0] * f64::from(i);
+                let y = bounds[2] + step[1] * f64::from(j);
+                let here = slopes(&self.layers, [x, y], closest);
                 steepest = [steepest[0].max(here[0]), steepest[1].max(here[1])];
             }
         }
@@ -406,11 +418,16 @@ fn gradient(
 
 /// [`slopes`] of layers on surface coordinates, converted to slopes over x and y. Pixels among the layers are not
 /// sampled one by one, so their orders count.
-fn slopes_on_surface(own: &SurfaceCoordinates, layers: &[Layer], [x, y]: [f64; 2]) -> [f64; 2] {
+fn slopes_on_surface(
+    own: &SurfaceCoordinates,
+    layers: &[Layer],
+    [x, y]: [f64; 2],
+    closest: f64,
+) -> [f64; 2] {
     let (Some([u, v]), Some(d)) = (own.at([x, y]), own.derivative([x, y])) else {
         return [0.0; 2];
     };
-    let mut along = slopes(layers, u, v);
+    let mut along = slopes(layers, [u, v], closest);
     if let Some(pixels) = first_pixels(layers) {
         for (slope, pitch) in along.iter_mut().zip(pixels.pitch) {
             *slope += PIXEL_ORDERS * std::f64::consts::TAU / pitch;
@@ -419,18 +436,19 @@ fn slopes_on_surface(own: &SurfaceCoordinates, layers: &[Layer], [x, y]: [f64; 2
     [0, 1].map(|a| along[0] * d[0][a].abs() + along[1] * d[1][a].abs())
 }
 
-/// Bounds on |∂φ/∂x| and |∂φ/∂y|: gradients of multiplied layers add, of summed terms the largest counts.
-fn slopes(layers: &[Layer], x: f64, y: f64) -> [f64; 2] {
+/// Bounds on |∂φ/∂x| and |∂φ/∂y|, of singular phases at this distance at least: gradients of multiplied layers add, of summed
+/// terms the largest counts.
+fn slopes(layers: &[Layer], at: [f64; 2], closest: f64) -> [f64; 2] {
     let mut total = [0.0, 0.0];
     for layer in layers {
         let here = match layer {
             Layer::Pixels(_) => [0.0, 0.0],
-            Layer::Phase(profile) => profile.gradient(x, y).map(f64::abs),
+            Layer::Phase(profile) => profile.gradient_beside(at, closest).map(f64::abs),
             Layer::Sum(terms) => terms.iter().fold([0.0f64; 2], |most, (_, layers)| {
-                let term = slopes(layers, x, y);
+                let term = slopes(layers, at, closest);
                 [most[0].max(term[0]), most[1].max(term[1])]
             }),
-            Layer::OnSurface(own, layers) => slopes_on_surface(own, layers, [x, y]),
+            Layer::OnSurface(own, layers) => slopes_on_surface(own, layers, at, closest),
         };
         total = [total[0] + here[0], total[1] + here[1]];
     }

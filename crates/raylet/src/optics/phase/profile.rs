@@ -173,6 +173,28 @@ impl Profile {
         }
     }
 
+    /// The gradient at a point, or at the end of the way from the singular point through it that is this long if it is closer.
+    pub(crate) fn gradient_beside(&self, [x, y]: [f64; 2], closest: f64) -> [f64; 2] {
+        let Some([u, v]) = self.singular_point() else {
+            return self.gradient(x, y);
+        };
+        let away = (x - u).hypot(y - v);
+        let stretch = match away > 0.0 {
+            true => (closest / away).max(1.0),
+            false => 1.0,
+        };
+        self.gradient(u + stretch * (x - u), v + stretch * (y - v))
+    }
+
+    /// The charge of a vortex, if the phase is one.
+    pub(crate) fn vortex_charge(&self) -> Option<i32> {
+        match self {
+            Profile::Vortex { charge } => Some(*charge),
+            Profile::Placed(_, own) | Profile::AlongSurface(_, own) => own.vortex_charge(),
+            _ => None,
+        }
+    }
+
     /// The second derivatives (xx, xy, yy) of the phase in rad/mm²; zero at the singular centre of a
     /// vortex or axicon.
     pub(crate) fn hessian(&self, x: f64, y: f64) -> [f64; 3] {

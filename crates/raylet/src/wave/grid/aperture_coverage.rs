@@ -5,14 +5,13 @@
 //! cell, to a function that is one on the open part and zero elsewhere: all polynomials of a lower degree than
 //! there are nodes are then integrated exactly. With one node a cell the weight is the open share of its area.
 
-use std::ops::Range;
-
 use ndarray::{Array2, ArrayViewMut2};
 
 use crate::math::part::part;
 use crate::optics::aperture::Aperture;
-use crate::optics::moments::{Cell, OpenMoments, legendre};
-use crate::wave::grid::field::{Axis, CellPart, Grid};
+use crate::optics::moments::{Cell, OpenMoments};
+use crate::wave::grid::cell_polynomials::{NodesOfPart, cell_edges, nodes_of_parts};
+use crate::wave::grid::field::{Axis, Grid};
 
 /// What an aperture lets through of each node of a grid.
 pub(crate) struct ApertureCoverage<'a> {
@@ -22,23 +21,13 @@ pub(crate) struct ApertureCoverage<'a> {
     parts: [Vec<NodesOfPart>; 2],
 }
 
-/// The nodes of a part of each cell of an axis.
-struct NodesOfPart {
-    /// Its ends beside the lower end of the cell, in mm.
-    ends: [f64; 2],
-    /// Its nodes among those of the cell.
-    nodes: Range<usize>,
-    /// (a + ½)·P_a at each of them, indexed [node, a], for as many polynomials as there are nodes.
-    basis: Array2<f64>,
-}
-
 impl<'a> ApertureCoverage<'a> {
     /// An aperture seen by a grid.
     pub(crate) fn new(aperture: &'a Aperture, grid: &'a Grid) -> Self {
         Self {
             aperture,
             grid,
-            parts: [parts(&grid.x), parts(&grid.y)],
+            parts: [&grid.x, &grid.y].map(nodes_of_parts),
         }
     }
 
@@ -46,11 +35,11 @@ impl<'a> ApertureCoverage<'a> {
     pub(crate) fn row(&self, row: usize) -> Array2<f64> {
         let nodes = [&self.grid.x, &self.grid.y].map(Axis::nodes_of_cell);
         let mut weights = Array2::ones((nodes[1], self.grid.x.len()));
-        let y = edges(&self.grid.y, row);
+        let y = cell_edges(&self.grid.y, row);
 
         // Rows wholly inside or outside, most of them, need no cells.
         let cells = self.grid.x.cells;
-        let ends = [0, cells.saturating_sub(1)].map(|column| edges(&self.grid.x, column));
+        let ends = [0, cells.saturating_sub(1)].map(|column| cell_edges(&self.grid.x, column));
         let whole = self
             .aperture
             .rough_share([ends[0][0], ends[1][1], y[0], y[1]]);
@@ -60,7 +49,7 @@ impl<'a> ApertureCoverage<'a> {
         }
         let mut moments = self.moments();
         for column in 0..cells {
-            let x = edges(&self.grid.x, column);
+            let x = cell_edges(&self.grid.x, column);
             let open = self.aperture.coverage(x[0], x[1], y[0], y[1]);
             if open == 1.0 {
                 continue;
@@ -106,36 +95,6 @@ impl<'a> ApertureCoverage<'a> {
             part(cell.view_mut(), y.nodes.clone(), x.nodes.clone()).assign(&weights);
         }
     }
-}
-
-/// The lower and upper end of a cell.
-fn edges(axis: &Axis, cell: usize) -> [f64; 2] {
-    let low = axis.start + (cell as f64 - 0.5) * axis.pitch;
-    [low, low + axis.pitch]
-}
-
-/// The parts of the cells of an axis.
-fn parts(axis: &Axis) -> Vec<NodesOfPart> {
-    let (mut low, mut first) = (0.0, 0);
-    let part = |part: &CellPart| {
-        let (ends, nodes) = ([low, low + part.width], first..first + part.nodes);
-        (low, first) = (ends[1], nodes.end);
-        let middle = 0.5 * (ends[0] + ends[1] - axis.pitch);
-        let mut values = vec![0.0; part.nodes];
-        let mut basis = Array2::zeros((part.nodes, part.nodes));
-        for (mut row, offset) in basis
-            .rows_mut()
-            .into_iter()
-            .zip(&axis.offsets[nodes.clone()])
-        {
-            legendre(2.0 * (offset - middle) / part.width, &mut values);
-            for (a, (entry, value)) in row.iter_mut().zip(&values).enumerate() {
-                *entry = (a as f64 + 0.5) * value;
-            }
-        }
-        NodesOfPart { ends, nodes, basis }
-    };
-    axis.parts.iter().map(part).collect()
 }
 
 #[cfg(test)]

@@ -11,6 +11,7 @@ use crate::wave::grid::aperture_coverage::ApertureCoverage;
 use crate::wave::grid::field::{Axis, Field, Grid};
 use crate::wave::grid::raster::Raster;
 use crate::wave::grid::screen_axis::{open_axis, pixel_axis};
+use crate::wave::grid::singular_cells::SingularNodes;
 
 /// Why a screen cannot be sampled.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
@@ -140,12 +141,20 @@ fn ends_with_cells(screen: &Screen, doe: Option<&Doe>, bounds: [f64; 4]) -> bool
 }
 
 /// Multiplies an arriving field by the screen's transmission, and by what its aperture lets through of the
-/// nodes ([`ApertureCoverage`]).
+/// nodes ([`ApertureCoverage`]); about singular points by what the cells have there ([`SingularNodes`]).
 pub(crate) fn apply_screen(screen: &Screen, field: &mut Field) {
     let (doe, aperture) = parts(screen);
     for_open_nodes(aperture, field, |value, at, cell, open| {
         *value *= open * doe.map_or(Complex64::ONE, |doe| doe.transmission_over(at, cell));
     });
+    if let Some(doe) = doe {
+        singular_nodes(doe, &field.grid).apply(&mut field.values);
+    }
+}
+
+/// What an element has at the nodes about singular points of its phase.
+pub(crate) fn singular_nodes(doe: &Doe, grid: &Grid) -> SingularNodes {
+    SingularNodes::of_cells(&doe.singular_phases(), [&grid.x, &grid.y])
 }
 
 /// ∫|U|² behind a screen, from the field before it and behind it on one grid. Weights in cells that an edge cuts integrate the
@@ -165,6 +174,9 @@ pub(crate) fn apply_screen_adjoint(
     bar: &mut Field,
 ) -> Option<Array2<Complex64>> {
     let (doe, aperture) = parts(screen);
+    if let Some(doe) = doe {
+        singular_nodes(doe, &bar.grid).apply_adjoint(&mut bar.values);
+    }
     let pixels_bar = doe.and_then(|doe| pixels_cotangent(doe, arrived, bar));
 
     // The field: value = arrived·(open·t).
@@ -458,6 +470,7 @@ mod tests {
             let element = |values: Array2<Complex64>| {
                 let cone = Layer::Phase(Profile::Axicon { slope: 0.7 });
                 let mut doe = parts::element(cone, Aperture::disc(4.3));
+                doe.layers.push(Layer::Phase(Profile::Vortex { charge: 2 }));
                 doe.layers.push(Layer::Pixels(Pixels {
                     pitch: [0.9, 1.1],
                     values,

@@ -6,7 +6,7 @@ use num_complex::Complex64;
 use crate::optics::doe::{Doe, Layer};
 use crate::optics::screen::{Screen, ScreenKind};
 use crate::wave::grid::field::{Field, Grid};
-use crate::wave::grid::sampling::apply_screen;
+use crate::wave::grid::sampling::{apply_screen, singular_nodes};
 
 /// There is no pixel grid to which cotangents could go.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
@@ -62,7 +62,8 @@ pub(crate) fn pixels_bar(
         kind: ScreenKind::Stop(doe.aperture.clone()),
         ..screen.clone()
     };
-    let open = screen_transmission(&open, grid);
+    let mut open = screen_transmission(&open, grid);
+    singular_nodes(doe, grid).apply(&mut open);
     let mut bar = Array2::zeros(pixels.values.dim());
     for ((j, i), t) in transmission_bar.indexed_iter() {
         let weight = t * open[[j, i]].conj();

@@ -155,6 +155,12 @@ impl<'a> ElementPhase<'a> {
             .any(|profile| has_core(profile, carrier.at, far))
     }
 
+    /// Whether the core of a vortex may lie under a tile.
+    pub(crate) fn has_vortex(&self, carrier: &Carrier, far: f64) -> bool {
+        self.profiles()
+            .any(|profile| profile.vortex_charge().is_some() && has_core(profile, carrier.at, far))
+    }
+
     /// Half the band of the light behind the element: that of the arriving light and of the phase beside its carrier.
     pub(crate) fn band(&self, area: &TileArea, carrier: &Carrier, far: f64) -> [f64; 2] {
         let mut widest = [0.0f64; 2];
@@ -187,16 +193,11 @@ impl<'a> ElementPhase<'a> {
         at: [f64; 2],
         area: &TileArea,
     ) -> [f64; 2] {
-        let [x, y] = self.within(at);
-        let slope = |profile: &Profile| {
-            let [u, v] = profile.singular_point().unwrap_or(carrier.at);
-            let away = (x - u).hypot(y - v).max(f64::MIN_POSITIVE);
-            let stretch = (area.edge_pitch * FAR_FROM_CORE / away).max(1.0);
-            profile.gradient(u + stretch * (x - u), v + stretch * (y - v))
-        };
+        let at = self.within(at);
+        let closest = area.edge_pitch * FAR_FROM_CORE;
         let cores = self.profiles().filter(|own| has_core(own, carrier.at, far));
         cores.fold([0.0; 2], |sum, own| {
-            let own = slope(own);
+            let own = own.gradient_beside(at, closest);
             [0, 1].map(|a| sum[a] + own[a].abs() / area.k)
         })
     }
@@ -223,7 +224,7 @@ fn strongest(terms: &[Term]) -> &[Layer] {
 }
 
 /// Whether a phase has a point, not farther than this from a place, at which it is not smooth.
-fn has_core(profile: &Profile, at: [f64; 2], far: f64) -> bool {
+pub(super) fn has_core(profile: &Profile, at: [f64; 2], far: f64) -> bool {
     let distance = |[x, y]: [f64; 2]| (x - at[0]).hypot(y - at[1]);
     profile
         .singular_point()

@@ -31,6 +31,8 @@ pub(crate) struct ElementNodes {
     pub axes: [Axis; 2],
     /// Whether the nodes are the samples of the arriving light.
     pub at_samples: bool,
+    /// Distance from the place of the carrier within which singular points of the phase are those of the tile, in mm.
+    pub far: f64,
     /// What cells do along x and y.
     pub filter: [CellFilter; 2],
     /// Half the band of the light behind the element; nothing where it is not limited.
@@ -45,6 +47,8 @@ pub(crate) struct ElementSamples {
     pub at_samples: bool,
     /// The transmission over its carrier, [y, x]; nothing where it is one.
     pub values: Option<Array2<Complex64>>,
+    /// Distance from the place of the carrier within which singular points of the phase are those of the tile, in mm.
+    pub far: f64,
     /// What cells do along x and y.
     pub filter: [CellFilter; 2],
     /// Half the band of the light behind the element; nothing where it is not limited.
@@ -141,13 +145,16 @@ impl<'a> Element<'a> {
     /// The transmission at nodes of a tile over the element's own `carrier` there.
     pub(crate) fn samples(&self, nodes: ElementNodes, carrier: &Carrier, k: f64) -> ElementSamples {
         let needed = !nodes.at_samples || self.phase.doe.is_some();
-        ElementSamples {
-            values: needed.then(|| self.values(&nodes.axes, carrier, k, !nodes.at_samples)),
+        let mut samples = ElementSamples {
+            values: None,
             nodes: nodes.axes,
             at_samples: nodes.at_samples,
+            far: nodes.far,
             filter: nodes.filter,
             half_band: nodes.half_band,
-        }
+        };
+        samples.values = needed.then(|| self.values_at(&samples, carrier, k));
+        samples
     }
 
     /// The transmission over a `carrier` at the nodes at which it was sampled: of this element in place of another.
@@ -157,7 +164,10 @@ impl<'a> Element<'a> {
         carrier: &Carrier,
         k: f64,
     ) -> Array2<Complex64> {
-        self.values(&samples.nodes, carrier, k, !samples.at_samples)
+        let mut values = self.values(&samples.nodes, carrier, k, !samples.at_samples);
+        self.singular_nodes(&samples.nodes, carrier.at, samples.far)
+            .apply(&mut values);
+        values
     }
 
     /// The transmission over a `carrier` at one point, as if there were no aperture.
@@ -175,6 +185,7 @@ impl<'a> Element<'a> {
         cut: bool,
     ) -> ElementNodes {
         let core = self.phase.has_core(carrier, far);
+        let vortex = self.phase.has_vortex(carrier, far);
         let rough = cut && self.cuts_cells() || core;
         let band = self.phase.band(area, carrier, far);
         let share = if cut { PASSBAND } else { CORE_BAND };
@@ -185,28 +196,26 @@ impl<'a> Element<'a> {
         };
         let needed = [0, 1].map(|a| {
             let pitch = turns * std::f64::consts::TAU / (area.k * band[a]);
-            let edge = match self.pixels {
-                Some(_) => {
-                    let phase = match self.filter() {
-                        CellFilter::Points => EDGE_PHASE,
-                        CellFilter::Pairs => EDGE_PHASE_OF_PAIRS,
-                    };
-                    area.edge_pitch.min(phase / (area.k * area.reach[a]))
-                }
-                None if !cut => area.edge_pitch,
-                None => edge_pitch(area, a),
-            };
-            if rough { pitch.min(edge) } else { pitch }
+            match rough {
+                true => pitch.min(self.rough_pitch(area, a, cut || vortex)),
+                false => pitch,
+            }
         });
         let fits = (0..2).all(|a| area.samples[a].pitch <= needed[a]);
         if !rough && self.pixels.is_none() && fits {
             return ElementNodes {
                 axes: area.samples.clone(),
                 at_samples: true,
+                far,
                 filter: [CellFilter::Points; 2],
                 half_band: Some(band),
             };
         }
+        // The pass band about a core is round.
+        let needed = match vortex && self.pixels.is_none() {
+            true => [needed[0].min(needed[1]); 2],
+            false => needed,
+        };
         let axes = [0, 1].map(|a| self.nodes(area, a, needed[a]));
         let filter = [self.filter(); 2];
         let limit = axes
@@ -215,6 +224,7 @@ impl<'a> Element<'a> {
         ElementNodes {
             axes,
             at_samples: false,
+            far,
             filter,
             half_band: match (self.pixels, rough) {
                 (Some(_), _) => None,
@@ -222,6 +232,21 @@ impl<'a> Element<'a> {
                 (None, false) => Some(band),
             },
         }
+    }
+
+    /// The pitch of nodes that an edge or a singular point asks for; `far` where its light far aside counts.
+    fn rough_pitch(&self, area: &TileArea, a: usize, far: bool) -> f64 {
+        if self.pixels.is_none() {
+            return match far {
+                true => edge_pitch(area, a),
+                false => area.edge_pitch,
+            };
+        }
+        let phase = match self.filter() {
+            CellFilter::Points => EDGE_PHASE,
+            CellFilter::Pairs => EDGE_PHASE_OF_PAIRS,
+        };
+        area.edge_pitch.min(phase / (area.k * area.reach[a]))
     }
 
     /// The conjugate transpose of [`Element::samples`] with respect to the pixels: their cotangents by row and column, from
@@ -239,6 +264,9 @@ impl<'a> Element<'a> {
         let [columns, rows] = &samples.nodes;
         let mut open = OpenNodes::new(&self.phase.aperture, &samples.nodes, self.filter());
         let mut pixels = Vec::new();
+        let mut bar = bar.clone();
+        self.singular_nodes(&samples.nodes, carrier.at, samples.far)
+            .apply_adjoint(&mut bar);
         for (j, bars) in bar.outer_iter().enumerate() {
             let each = bars.iter().zip(open.row(j)).enumerate();
             for (i, (bar, open)) in each.filter(|(_, (bar, _))| **bar != Complex64::ZERO) {
@@ -447,6 +475,7 @@ mod tests {
             let mut doe = element(layer, Aperture::disc(0.9));
             let gradient = [40.0, -20.0];
             doe.layers.push(Layer::Phase(Profile::Linear { gradient }));
+            doe.layers.push(Layer::Phase(Profile::Vortex { charge: 2 }));
             let screen = screen(Frame::GLOBAL, ScreenKind::Doe(doe));
             let element = Element::of(&screen).unwrap();
             let area = area();

@@ -13,6 +13,7 @@
 //! | `element_phase` | The smooth part of an element's phase under a tile |
 //! | `element_samples` | The transmission of an element at the nodes of one tile |
 //! | `element_values` | The same by rows: phases alone, pixels alone, or anything |
+//! | `vortex_core` | The core of a vortex at the equal nodes of one tile |
 //! | `open_nodes` | What an aperture leaves open at the nodes of one tile |
 //! | `pixel_parts` | The parts of a pixel over which arriving light is linear |
 //! | `reused_array` | Large arrays of a tile, whose memory the next tile uses again |
@@ -38,4 +39,5 @@ pub(crate) mod open_nodes;
 pub(crate) mod pixel_parts;
 pub(crate) mod reused_array;
 pub(crate) mod tiling;
+mod vortex_core;
 pub(crate) mod window_transform;
