@@ -54,11 +54,13 @@ impl Doe {
 
     /// The phases among its layers that have a singular point, each with that point. Those inside sums are none of them.
     pub(crate) fn singular_phases(&self) -> Vec<(&Profile, [f64; 2])> {
-        let own = |layer| match layer {
-            &Layer::Phase(ref profile) => Some((profile, profile.singular_point()?)),
+        let phases = self.layers.iter().filter_map(|layer| match layer {
+            Layer::Phase(profile) => Some(profile),
             Layer::Pixels(_) | Layer::Sum(_) | Layer::OnSurface(..) => None,
-        };
-        self.layers.iter().filter_map(own).collect()
+        });
+        phases
+            .filter_map(|profile| Some((profile, profile.singular_point()?)))
+            .collect()
     }
 
     /// The pixel grid over x and y that sets this element's sampling, if it has one: the first of its layers.
