@@ -14,7 +14,7 @@ HEAD = """# Methods beside each other
 superpositions, apertures of all outlines, one or two screens, three in ten with a plate or a lens behind them. Each is
 carried by local bands and by beamlets with the usual target error of 1e-3, and beside them by the method that `auto`
 takes for a target of {exact:.0e}. The error is ‖U − U₀‖/‖U₀‖ on the sensor. It is known where the run for comparison
-expects less than 0.3 of it. raylet {version}, one thread, seeds {first} to {last}.
+expects less than 0.3 of it. raylet {version}, one thread, seeds {first} to {last}{without}.
 
 Of the runs whose error is known: the part with an error of at most twice the expected one (A), and within a factor of
 two of it (B). Of their errors over the expected ones: the median and quantiles.
@@ -58,8 +58,14 @@ def summary(rows: Sequence[Row], method: str) -> str:
 def page(rows: Sequence[Row]) -> str:
     """The whole page."""
     seeds = sorted({row.seed for row in rows})
+    absent = sorted(set(range(seeds[0], seeds[-1])) - set(seeds))
     text = HEAD.format(
-        count=len(seeds), exact=EXACT, version=version("raylet"), first=seeds[0], last=seeds[-1]
+        count=len(seeds),
+        exact=EXACT,
+        version=version("raylet"),
+        first=seeds[0],
+        last=seeds[-1],
+        without=f" without {', '.join(map(str, absent))}" if absent else "",
     ) + "".join(summary(rows, method) for method in METHODS if known(rows, method))
     ranked = sorted((row for method in METHODS for row in known(rows, method)), key=Row.ratio, reverse=True)
     text += WORST + "".join(
