@@ -1,11 +1,11 @@
 //! The way of light through the bare apertures and smooth elements that follow a screen, to the next other element or the sensor.
 //!
-//! A bare aperture leaves directions as they are, and a smooth phase changes each by the slope that it has there. So of the light
-//! that an element or an edge sends there aside, only that counts which goes on to the next other element or the sensor, and the
-//! light of the source itself, which the edges on the way may diffract. What an edge diffracts of light that another edge has
-//! diffracted to pass it is left out: it is the product of two small shares. Pixels send much of their light aside, and the edge
-//! of an aperture may turn it to the sensor: behind them all directions are followed. With fewer, the field behind a small stop
-//! that follows random pixels was wrong by 1.6e-2 in place of 1e-3.
+//! A bare aperture leaves directions as they are, and a smooth phase changes each by the slope that it has there. So of the
+//! light that an element or an edge sends there aside, only that counts which goes on to the next other element or the sensor,
+//! and the light of the source itself, which the edges on the way may diffract. What an edge diffracts of light that another
+//! edge has sent more than some diffraction widths aside is left out: it is the product of two small shares. Pixels send much
+//! of their light aside, and the edge of an aperture may turn it to the sensor: behind them all directions are followed. With
+//! fewer, the field behind a small stop that follows random pixels was wrong by 1.6e-2 in place of 1e-3.
 
 use crate::engine::local_bands::chirped_beamlet::ChirpedStart;
 use crate::engine::local_bands::settings::LocalBandSettings;
