@@ -369,18 +369,19 @@ def trace(
     channel: SupportsIndex,
     starts: Incomplete,
     recorded: SupportsGetItem[int, SupportsIndex],
+    tracks: NDArray[float64],
     parameters: SupportsGetItem[int, str],
     threads: SupportsIndex | None,
-) -> tuple[NDArray[float64], NDArray[float64], NDArray[float64], NDArray[uint8], NDArray[float64]]:
+) -> tuple[NDArray[uint8], NDArray[float64]]:
     """
     Rays by their `starts`, a dictionary: either places "x" and "y" (rays) on the first screen, in units of the half
     widths of its aperture, and "light" (rays, 3), unit directions of a collimated source or places in mm of a point
     source; or points "start_mm" (rays, 3) and their unit "cosines" (rays, 3), both global, from where paths count. One
     entry of "light", "start_mm" or "cosines" serves all.
 
-    Returns points (3, parts, rays) in mm, directions behind (3, parts, rays) and optical paths (parts, rays) in mm, at
-    the `recorded` parts; fates (rays; 0 arrived, else the number of the loss); and derivatives (parameters, 5, rays) of
-    x, y, L, M, path on the sensor. What a lost ray did not reach is NaN.
+    Fills `tracks` (7, parts, rays) with the points in mm, the directions behind and the optical paths in mm at the
+    `recorded` parts. Returns fates (rays; 0 arrived, else the number of the loss) and derivatives (parameters, 5, rays)
+    of x, y, L, M, path on the sensor. What a lost ray did not reach is NaN.
     """
 
 def trace_adjoint(

@@ -158,13 +158,14 @@ def trace(
     if not all(np.isfinite(value).all() for value in given):
         raise ValueError("Hx, Hy, Px, Py hold numbers that are not finite")
     try:
-        Hx, Hy, Px, Py = (np.atleast_1d(value).ravel() for value in np.broadcast_arrays(*given))
+        shape = np.broadcast_shapes(*(value.shape for value in given))
     except ValueError as error:
         shapes = ", ".join(str(value.shape) for value in given)
         raise ValueError(f"Hx, Hy, Px, Py have shapes {shapes}, expected such as go together") from error
     # One direction of light serves all rays: millions of them need no arrays of their own.
-    if given[0].size == given[1].size == 1 and Hx.size > 0:
-        Hx, Hy = Hx[:1], Hy[:1]
+    one = given[0].size == given[1].size == 1
+    Hx, Hy = (value.reshape(1) if one else np.broadcast_to(value, shape).ravel() for value in given[:2])
+    Px, Py = (np.broadcast_to(value, shape).ravel() for value in given[2:])
     starts = {"x": Px, "y": Py, "light": _light(source, Hx, Hy, scale)}
     return _followed(system, starts, channel, parts, parameters, threads)
 
@@ -210,13 +211,23 @@ def _followed(
     """The rays of these starts, at some parts of the system or at all."""
     names = [part["name"] for part in system.parts]
     chosen = _numbers(names, parts)
-    found = _raylet.trace(system._compiled(), system._arrays, channel, starts, chosen, list(parameters), threads)
-    points, directions, paths, fate, slopes = found
-    x, y, z = points
-    L, M, N = directions
+    shape = (len(chosen), _count(starts))
+    # A large array of NumPy has large pages of memory, which are there much sooner.
+    numbers = np.empty((7, len(chosen), _count(starts)))
+    scene = system._compiled()
+    fate, slopes = _raylet.trace(scene, system._arrays, channel, starts, chosen, numbers, list(parameters), threads)
+    x, y, z, L, M, N, paths = numbers
     recorded = [names[number] for number in chosen]
     start = RayStart(system._copy(), starts, channel, threads)
     return Rays(recorded, x, y, z, L, M, N, paths, fate, dict(zip(parameters, slopes)), start)
+
+
+def _count(starts: dict[str, Any]) -> int:
+    """How many rays there are."""
+    if "x" in starts:
+        return len(starts["x"])
+    counts = [len(starts["start_mm"]), len(starts["cosines"])]
+    return max(counts) if min(counts) > 0 else 0
 
 
 def _numbers(names: list[str], parts: Part | Sequence[Part] | None) -> list[int]:

@@ -171,6 +171,8 @@ def test_rays_start_at_points_in_mm_with_cosines() -> None:
     for name in ("x", "y", "z", "L", "M", "N"):
         assert getattr(rays, name) == pytest.approx(getattr(pupil, name), abs=1e-12)
     assert rays.opl_mm - pupil.opl_mm == pytest.approx(3.0, abs=1e-12)
+    none = system.trace(start_mm=np.zeros((0, 3)), cosines=[0.0, 0.0, 1.0])
+    assert none.x.shape == (len(none.names), 0) and none.fate.shape == (0,)
     fan = system.trace(start_mm=[0.0, 1.0, -50.0], cosines=[[0.0, 0.0, 1.0], [0.0, 0.6, 0.8], [0.0, 0.0, -1.0]])
     assert [raylet.trace.FATES[fate] for fate in fan.fate] == ["arrived", "clipped", "missed"]
     tilted = system.trace(start_mm=[0.0, 0.0, -10.0], cosines=[0.0, 0.06, np.sqrt(1.0 - 0.06**2)])

@@ -1,5 +1,6 @@
 //! NumPy arrays that are read in place.
 
+use std::borrow::Cow;
 use std::collections::BTreeMap;
 
 use num_complex::Complex64;
@@ -83,6 +84,14 @@ pub(crate) fn check_memory<T: Element, D: numpy::ndarray::Dimension>(
         )));
     }
     Ok(())
+}
+
+/// Numbers in order: where they lie, if they lie so.
+pub(crate) fn in_order(column: ArrayView1<'_, f64>) -> Cow<'_, [f64]> {
+    match column.to_slice() {
+        Some(numbers) => Cow::Borrowed(numbers),
+        None => Cow::Owned(column.to_vec()),
+    }
 }
 
 /// A column of numbers, one for each ray.

@@ -1,14 +1,16 @@
 //! Single rays through a system.
 
-use ndarray::{Array1, Array3, ArrayView1, Axis};
+use std::borrow::Cow;
+
+use ndarray::{Array1, Array3, Axis};
 use numpy::{Ix1, Ix2, Ix3};
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
 use raylet::engine::geometrical::system_trace::RaySensitivity;
 use raylet::engine::progress::Cancelled;
 use raylet::engine::ray_block::ray_origins::RayOrigins;
-use raylet::engine::ray_block::system_derivatives::SystemDerivatives;
-use raylet::engine::ray_block::system_rays::{SystemRays, Tracks};
+use raylet::engine::ray_block::system_derivatives::{ByLandings, SystemDerivatives};
+use raylet::engine::ray_block::system_rays::{SystemRays, TracksMut};
 use raylet::engine::trace::ray_sensitivity::Variation;
 use raylet::file::model::build;
 use raylet::file::model::variations::variations;
@@ -18,19 +20,14 @@ use raylet::optics::system::System;
 use rayon::ThreadPool;
 use rayon::prelude::*;
 
-use crate::arrays::columns;
+use crate::arrays::{columns, in_order};
 use crate::refusal::error;
 use crate::scene::Scene;
-use crate::typed::{ByPath, Given, Made};
-use crate::watch::{Watch, pool, run};
+use crate::typed::{ByPath, Filled, Given, Made};
+use crate::watch::{Watch, pool, run_borrowing};
 
-type Answer<'py> = (
-    Made<'py, f64, Ix3>,
-    Made<'py, f64, Ix3>,
-    Made<'py, f64, Ix2>,
-    Made<'py, u8, Ix1>,
-    Made<'py, f64, Ix3>,
-);
+/// Fates of rays, and their derivatives.
+type Answer<'py> = (Made<'py, u8, Ix1>, Made<'py, f64, Ix3>);
 
 /// Where rays start: their places "x" and "y" (rays) on the first screen, in units of the half widths of its aperture, and
 /// their "light" (rays, 3), or (1, 3) for all: unit directions of a collimated source, places in mm of a point source.
@@ -77,9 +74,9 @@ pub(crate) fn chief_landing(
 /// source; or points "start_mm" (rays, 3) and their unit "cosines" (rays, 3), both global, from where paths count. One
 /// entry of "light", "start_mm" or "cosines" serves all.
 ///
-/// Returns points (3, parts, rays) in mm, directions behind (3, parts, rays) and optical paths (parts, rays) in mm, at
-/// the `recorded` parts; fates (rays; 0 arrived, else the number of the loss); and derivatives (parameters, 5, rays) of
-/// x, y, L, M, path on the sensor. What a lost ray did not reach is NaN.
+/// Fills `tracks` (7, parts, rays) with the points in mm, the directions behind and the optical paths in mm at the
+/// `recorded` parts. Returns fates (rays; 0 arrived, else the number of the loss) and derivatives (parameters, 5, rays)
+/// of x, y, L, M, path on the sensor. What a lost ray did not reach is NaN.
 #[pyfunction]
 #[expect(
     clippy::too_many_arguments,
@@ -92,21 +89,29 @@ pub(crate) fn trace<'py>(
     channel: usize,
     starts: Starts<'py>,
     recorded: Vec<usize>,
+    mut tracks: Filled<'py, f64, Ix3>,
     parameters: Vec<String>,
     threads: Option<usize>,
 ) -> PyResult<Answer<'py>> {
     let job = Job::new(py, (scene, &arrays, channel), &starts, &parameters, threads)?;
-    let follow = move |watch: &Watch| job.follow(&recorded, watch);
-    let found = run(py, threads, None, follow)?;
-    let (tracks, slopes) = found.map_err(|failure| error(py, failure))?;
-    let tracks =
-        tracks.ok_or_else(|| error(py, "a ray that arrives at places that are not finite"))?;
-    let fates = tracks.lost.iter().map(|lost| lost.map_or(0, fate));
+    let (parts, rays) = (recorded.len(), job.starts.origins().len());
+    let mut lost = vec![None; rays];
+    let tracks = tracks.as_shape(Ix3(7, parts, rays))?;
+    let (points, rest) = tracks.split_at(Axis(0), 3);
+    let (directions, paths) = rest.split_at(Axis(0), 3);
+    let mut to = TracksMut {
+        points,
+        directions,
+        paths: paths.index_axis_move(Axis(0), 0),
+        lost: &mut lost,
+    };
+    let follow = |watch: &Watch| job.follow(&recorded, &mut to, watch);
+    let found = run_borrowing(py, threads, follow)?;
+    let (fates, slopes) = found.map_err(|failure| error(py, failure))?;
+    let fates =
+        fates.ok_or_else(|| error(py, "a ray that arrives at places that are not finite"))?;
     Ok((
-        Made::with_gaps(py, tracks.points),
-        Made::with_gaps(py, tracks.directions),
-        Made::with_gaps(py, tracks.paths),
-        Made::with_gaps(py, fates.collect::<Array1<u8>>()),
+        Made::with_gaps(py, Array1::from_vec(fates)),
         Made::with_gaps(py, slopes),
     ))
 }
@@ -138,9 +143,12 @@ pub(crate) fn trace_adjoint<'py>(
             return Err(PyValueError::new_err(message));
         }
     }
-    let columns = by_landings.map(|given| given.map(|given| given.as_array().to_vec()));
-    let follow_back = move |watch: &Watch| job.follow_back(&columns, watch);
-    let gradient = run(py, threads, None, follow_back)?.map_err(|failure| error(py, failure))?;
+    let columns =
+        { by_landings.each_ref() }.map(|given| Some(in_order(given.as_ref()?.as_array())));
+    let columns = columns.each_ref().map(Option::as_deref);
+    let follow_back = |watch: &Watch| job.follow_back(&columns, watch);
+    let gradient = run_borrowing(py, threads, follow_back)?;
+    let gradient = gradient.map_err(|failure| error(py, failure))?;
     match gradient.iter().all(|slope| slope.is_finite()) {
         true => Ok(gradient),
         false => Err(error(py, "a gradient that is not finite")),
@@ -148,21 +156,20 @@ pub(crate) fn trace_adjoint<'py>(
 }
 
 /// The starts of all rays, on a first screen within these bounds; threads of a pool read them.
-fn launches(
+fn launches<'a>(
     py: Python<'_>,
-    starts: &Starts<'_>,
+    starts: &'a Starts<'_>,
     [x0, x1, y0, y1]: [f64; 4],
     pool: &ThreadPool,
-) -> PyResult<Launches> {
+) -> PyResult<Launches<'a>> {
     let far = |number: &f64, most: f64| number.is_nan() || number.abs() > most;
     let (launches, is_far) = match starts {
         Starts::Pupil(PupilStarts { x, y, light }) => {
             let light = columns::<f64, 3>("light", light)?;
-            let (x, y) = (x.as_array(), y.as_array());
-            let [x, y] = py.detach(|| pool.install(|| [placed(x, [x0, x1]), placed(y, [y0, y1])]));
-            let is_far = x.is_none() || y.is_none();
-            let places = [x, y].map(Option::unwrap_or_default);
-            (Launches::Lit(places, light), is_far)
+            let places = [in_order(x.as_array()), in_order(y.as_array())];
+            let is_near = py.detach(|| pool.install(|| places.iter().all(|u| are_near(u))));
+            let between = [[x0, x1], [y0, y1]];
+            (Launches::Lit(places, between, light), !is_near)
         }
         Starts::Free(FreeStarts { start_mm, cosines }) => {
             let points = columns::<f64, 3>("start_mm", start_mm)?;
@@ -188,20 +195,11 @@ fn launches(
     launches.checked()
 }
 
-/// Places between bounds in mm from those between −1 and 1; nothing where one is too far.
-fn placed(places: ArrayView1<f64>, [low, high]: [f64; 2]) -> Option<Vec<f64>> {
-    let mut found = vec![0.0; places.len()];
-    let pieces = { found.chunks_mut(PLACES) }.zip(places.axis_chunks_iter(Axis(0), PLACES));
-    let pieces: Vec<_> = pieces.collect();
-    let all = pieces.into_par_iter().all(|(found, places)| {
-        let mut widest = 0.0f64;
-        for (found, u) in found.iter_mut().zip(places) {
-            widest = widest.max(u.abs());
-            *found = 0.5 * (low + high + u * (high - low));
-        }
-        widest <= WIDEST && found.iter().all(|place| !place.is_nan())
-    });
-    all.then_some(found)
+/// Whether all places in the pupil are numbers that are not too far out.
+fn are_near(places: &[f64]) -> bool {
+    // Without a way out of the loop many are looked at together.
+    let near = |places: &[f64]| { places.iter() }.fold(true, |near, u| near & (u.abs() <= WIDEST));
+    places.par_chunks(PLACES).all(near)
 }
 
 /// Places that one thread takes in a row.
@@ -234,23 +232,23 @@ fn refuse_turned(py: Python<'_>, system: &System, variations: &[Variation]) -> P
 const SINGLE_RAYS: usize = 256;
 
 /// Rays to follow.
-struct Job {
+struct Job<'a> {
     system: System,
     variations: Vec<Variation>,
-    starts: Launches,
+    starts: Launches<'a>,
 }
 
 /// How rays start; one entry may serve all.
-enum Launches {
-    /// At x and y in mm of the first screen, with light of the source.
-    Lit([Vec<f64>; 2], Vec<[f64; 3]>),
+enum Launches<'a> {
+    /// At x and y of the first screen, in half widths between these bounds in mm, with light of the source.
+    Lit([Cow<'a, [f64]>; 2], [[f64; 2]; 2], Vec<[f64; 3]>),
     /// At points in mm with unit directions, both global.
     Free(Vec<[f64; 3]>, Vec<[f64; 3]>),
 }
 
-impl Launches {
+impl Launches<'_> {
     fn light(&self) -> &[[f64; 3]] {
-        let (Launches::Lit(_, light) | Launches::Free(_, light)) = self;
+        let (Launches::Lit(_, _, light) | Launches::Free(_, light)) = self;
         light
     }
 
@@ -258,7 +256,7 @@ impl Launches {
     fn checked(self) -> PyResult<Self> {
         let light = self.light().len();
         let (places, fits) = match &self {
-            Launches::Lit([x, y], _) => (
+            Launches::Lit([x, y], ..) => (
                 x.len(),
                 x.len() == y.len() && (light == x.len() || light == 1),
             ),
@@ -277,18 +275,22 @@ impl Launches {
 
     fn origins(&self) -> RayOrigins<'_> {
         match self {
-            Launches::Lit([x, y], light) => RayOrigins::Lit { light, at: [x, y] },
+            Launches::Lit([x, y], between, light) => RayOrigins::Lit {
+                light,
+                at: [x, y],
+                between: *between,
+            },
             Launches::Free(points, directions) => RayOrigins::Free { points, directions },
         }
     }
 }
 
-impl Job {
+impl<'a> Job<'a> {
     /// Rays of a channel of a scene, which change with parameters.
     fn new<'py>(
         py: Python<'py>,
         (scene, arrays, channel): (&Scene, &ByPath<'py>, usize),
-        starts: &Starts<'py>,
+        starts: &'a Starts<'py>,
         parameters: &[String],
         threads: Option<usize>,
     ) -> PyResult<Self> {
@@ -307,33 +309,27 @@ impl Job {
         })
     }
 
-    /// All rays with what they meet at the `recorded` parts, and their derivatives; no rays where some that arrive have places
-    /// that are not finite.
+    /// Follows all rays, with what they meet at the `recorded` parts. Returns their fates, or nothing where some that arrive
+    /// have places that are not finite, and their derivatives.
     fn follow(
         &self,
         recorded: &[usize],
+        tracks: &mut TracksMut,
         watch: &Watch,
-    ) -> Result<(Option<Tracks>, Array3<f64>), Cancelled> {
-        let origins = self.starts.origins();
-        let pulse = || watch.pulse();
-        let tracks = SystemRays::new(&self.system).trace(origins, recorded, &pulse)?;
-        let slopes = match SystemDerivatives::new(&self.system, &self.variations) {
-            Some(many) => many.derivatives(origins, &pulse)?,
-            None => self.single_slopes(watch)?,
-        };
-        Ok((arrived_are_finite(&tracks).then_some(tracks), slopes))
+    ) -> Result<(Option<Vec<u8>>, Array3<f64>), Cancelled> {
+        let (rays, origins) = (SystemRays::new(&self.system), self.starts.origins());
+        rays.trace_to(origins, recorded, tracks, &|| watch.pulse())?;
+        let slopes = self.slopes(watch)?;
+        let fates = { tracks.lost.par_iter() }.map(|lost| lost.map_or(0, fate));
+        let fates = arrived_are_finite(tracks).then(|| fates.collect());
+        Ok((fates, slopes))
     }
 
     /// The gradient of a number by the parameters, from its derivatives by the landings.
-    fn follow_back(
-        &self,
-        by_landings: &[Option<Vec<f64>>; 5],
-        watch: &Watch,
-    ) -> Result<Vec<f64>, Cancelled> {
-        let (origins, by_landings) = (self.starts.origins(), by_landings.each_ref());
-        let by_landings = by_landings.map(|column| column.as_deref());
+    fn follow_back(&self, by_landings: &ByLandings, watch: &Watch) -> Result<Vec<f64>, Cancelled> {
+        let origins = self.starts.origins();
         if let Some(many) = SystemDerivatives::new(&self.system, &self.variations) {
-            return many.gradient(origins, &by_landings, &|| watch.pulse());
+            return many.gradient(origins, by_landings, &|| watch.pulse());
         }
         // Single rays, some at a time in the same order for any number of threads.
         let sensitivity = RaySensitivity::new(&self.system, &self.variations);
@@ -342,11 +338,10 @@ impl Job {
             Cancelled::check(watch.pulse())?;
             let mut sums = vec![0.0; self.variations.len()];
             for ray in first..origins.len().min(first + SINGLE_RAYS) {
-                let slopes = self.slopes(&sensitivity, ray).into_iter().flatten();
+                let slopes = self.ray_slopes(&sensitivity, ray).into_iter().flatten();
                 for (sum, slopes) in sums.iter_mut().zip(slopes) {
                     let columns = by_landings.iter().zip(slopes);
-                    let products =
-                        columns.filter_map(|(by, slope)| Some(by.as_ref()?.get(ray)? * slope));
+                    let products = columns.filter_map(|(by, slope)| Some((*by)?.get(ray)? * slope));
                     *sum += products.sum::<f64>();
                 }
             }
@@ -359,18 +354,28 @@ impl Job {
         Ok(gradient)
     }
 
+    /// Derivatives of all rays by the parameters.
+    fn slopes(&self, watch: &Watch) -> Result<Array3<f64>, Cancelled> {
+        let (origins, parameters) = (self.starts.origins(), self.variations.len());
+        // Without parameters no ray is followed.
+        if parameters == 0 {
+            return Ok(Array3::zeros((0, 5, origins.len())));
+        }
+        match SystemDerivatives::new(&self.system, &self.variations) {
+            Some(many) => many.derivatives(origins, &|| watch.pulse()),
+            None => self.single_slopes(watch),
+        }
+    }
+
     /// Derivatives of the rays one by one.
     fn single_slopes(&self, watch: &Watch) -> Result<Array3<f64>, Cancelled> {
         let rays = self.starts.origins().len();
         let mut slopes = Array3::from_elem((self.variations.len(), 5, rays), f64::NAN);
-        if self.variations.is_empty() {
-            return Ok(slopes);
-        }
         let sensitivity = RaySensitivity::new(&self.system, &self.variations);
         let columns: Vec<_> = slopes.axis_iter_mut(Axis(2)).collect();
         (columns.into_par_iter().enumerate()).try_for_each(|(ray, mut column)| {
             Cancelled::check(watch.pulse())?;
-            let found = self.slopes(&sensitivity, ray).into_iter().flatten();
+            let found = self.ray_slopes(&sensitivity, ray).into_iter().flatten();
             for (mut row, slopes) in column.rows_mut().into_iter().zip(found) {
                 row.iter_mut()
                     .zip(slopes)
@@ -382,14 +387,14 @@ impl Job {
     }
 
     /// Derivatives of one ray; nothing where it is lost.
-    fn slopes(&self, sensitivity: &RaySensitivity, ray: usize) -> Option<Vec<[f64; 5]>> {
+    fn ray_slopes(&self, sensitivity: &RaySensitivity, ray: usize) -> Option<Vec<[f64; 5]>> {
         let (source, at) = self.starts.origins().of(&self.system, ray).ok()?;
         sensitivity.of(&source, at)
     }
 }
 
 /// Whether all numbers of the rays that arrived are finite.
-fn arrived_are_finite(tracks: &Tracks) -> bool {
+fn arrived_are_finite(tracks: &TracksMut) -> bool {
     let numbers = [&tracks.points, &tracks.directions];
     let rows = { numbers.iter() }.flat_map(|all| all.rows());
     let rows: Vec<_> = rows.chain(tracks.paths.rows()).collect();

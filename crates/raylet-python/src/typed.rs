@@ -3,8 +3,9 @@
 use std::ops::Deref;
 
 use num_complex::Complex64;
-use numpy::ndarray::{Array, Dimension};
-use numpy::{Element, PyArray, PyReadonlyArray};
+use numpy::ndarray::{Array, ArrayViewMut, Dimension};
+use numpy::{Element, PyArray, PyReadonlyArray, PyReadwriteArray};
+use pyo3::exceptions::PyValueError;
 use pyo3::inspect::PyStaticExpr;
 use pyo3::prelude::*;
 use pyo3::types::{PyDict, PyList};
@@ -54,6 +55,36 @@ impl<'py, T: Element, D: Dimension> Deref for Given<'py, T, D> {
 
 impl<'a, 'py, T: Number + 'a, D: Dimension + 'a> FromPyObject<'a, 'py> for Given<'py, T, D> {
     type Error = <PyReadonlyArray<'py, T, D> as FromPyObject<'a, 'py>>::Error;
+    const INPUT_TYPE: PyStaticExpr = type_hint_subscript!(NDARRAY, T::HINT);
+    fn extract(object: Borrowed<'a, 'py, PyAny>) -> Result<Self, Self::Error> {
+        object.extract().map(Self)
+    }
+}
+
+/// An array that Python lends to be written.
+pub(crate) struct Filled<'py, T: Element, D: Dimension>(PyReadwriteArray<'py, T, D>);
+
+impl<'py, T: Element, D: Dimension> Filled<'py, T, D> {
+    /// Its memory, if it has this shape and its numbers stand in order.
+    ///
+    /// # Errors
+    /// ValueError for another.
+    pub(crate) fn as_shape(&mut self, shape: D) -> PyResult<ArrayViewMut<'_, T, D>> {
+        let view = self.0.as_array_mut();
+        match view.raw_dim() == shape && view.is_standard_layout() {
+            true => Ok(view),
+            false => {
+                let (found, expected) = (view.raw_dim().into_pattern(), shape.into_pattern());
+                let message =
+                    format!("an array {found:?} to be written, expected {expected:?} in order");
+                Err(PyValueError::new_err(message))
+            }
+        }
+    }
+}
+
+impl<'a, 'py, T: Number + 'a, D: Dimension + 'a> FromPyObject<'a, 'py> for Filled<'py, T, D> {
+    type Error = <PyReadwriteArray<'py, T, D> as FromPyObject<'a, 'py>>::Error;
     const INPUT_TYPE: PyStaticExpr = type_hint_subscript!(NDARRAY, T::HINT);
     fn extract(object: Borrowed<'a, 'py, PyAny>) -> Result<Self, Self::Error> {
         object.extract().map(Self)

@@ -4,7 +4,7 @@ use std::any::Any;
 use std::ops::ControlFlow;
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::sync::atomic::{AtomicBool, Ordering};
-use std::sync::mpsc::{RecvTimeoutError, channel};
+use std::sync::mpsc::{Receiver, RecvTimeoutError, channel};
 use std::sync::{Arc, Mutex, PoisonError};
 use std::time::Duration;
 
@@ -107,13 +107,54 @@ pub(crate) fn run<T: Send + 'static>(
     work: impl FnOnce(&Watch) -> T + Send + 'static,
 ) -> PyResult<T> {
     let (pool, watch) = (pool(threads)?, Watch::default());
-    let (sender, mut receiver) = channel();
+    let (sender, receiver) = channel();
     let there = watch.clone();
     std::thread::Builder::new().spawn(move || {
-        let outcome = catch_unwind(AssertUnwindSafe(|| pool.install(|| work(&there))));
         // A cancelled call has dropped the receiver.
-        let _ = sender.send(outcome);
+        let _ = sender.send(caught(&pool, &there, work));
     })?;
+    wait(py, receiver, progress, &watch)
+}
+
+/// The same for work that looks at its watch every few milliseconds: it may borrow, and has ended when this returns.
+///
+/// # Errors
+/// As of [`run`].
+pub(crate) fn run_borrowing<T: Send>(
+    py: Python<'_>,
+    threads: Option<usize>,
+    work: impl FnOnce(&Watch) -> T + Send,
+) -> PyResult<T> {
+    let (pool, watch) = (pool(threads)?, Watch::default());
+    let (sender, receiver) = channel();
+    let there = watch.clone();
+    std::thread::scope(|scope| {
+        std::thread::Builder::new().spawn_scoped(scope, move || {
+            let _ = sender.send(caught(&pool, &there, work));
+        })?;
+        wait(py, receiver, None, &watch)
+    })
+}
+
+/// What work returned, or its panic.
+type Outcome<T> = std::thread::Result<T>;
+
+/// Does work on the threads of a pool.
+fn caught<T: Send>(
+    pool: &ThreadPool,
+    watch: &Watch,
+    work: impl FnOnce(&Watch) -> T + Send,
+) -> Outcome<T> {
+    catch_unwind(AssertUnwindSafe(|| pool.install(|| work(watch))))
+}
+
+/// Waits for the outcome of work, while it checks for signals and calls `progress(done, all, to)`.
+fn wait<T: Send>(
+    py: Python<'_>,
+    mut receiver: Receiver<Outcome<T>>,
+    progress: Option<&Bound<'_, PyAny>>,
+    watch: &Watch,
+) -> PyResult<T> {
     loop {
         let (back, outcome) = py.detach(move || {
             let outcome = receiver.recv_timeout(BREATH);
@@ -128,7 +169,7 @@ pub(crate) fn run<T: Send + 'static>(
                 return Err(PyRuntimeError::new_err("the work ended without a result"));
             }
             Err(RecvTimeoutError::Timeout) => {
-                let kept = py.check_signals().and_then(|()| report(progress, &watch));
+                let kept = py.check_signals().and_then(|()| report(progress, watch));
                 if let Err(error) = kept {
                     watch.0.cancelled.store(true, Ordering::Relaxed);
                     return Err(error);
@@ -136,7 +177,7 @@ pub(crate) fn run<T: Send + 'static>(
                 continue;
             }
         };
-        report(progress, &watch)?;
+        report(progress, watch)?;
         return Ok(outcome);
     }
 }

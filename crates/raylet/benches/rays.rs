@@ -179,6 +179,7 @@ fn system_double_gauss(bencher: Bencher) {
     let origins = RayOrigins::Lit {
         light: &[[0.0, 0.0, 1.0]],
         at: [&columns[0], &columns[1]],
+        between: RayOrigins::IN_MM,
     };
     let pool = ThreadPoolBuilder::new().num_threads(1).build().unwrap();
     bencher.counter(ItemsCount::new(RAYS * surfaces)).bench(|| {

@@ -95,10 +95,12 @@ fn blocks_through_the_shipped_systems_are_single_rays() {
         };
         let light = [[light.x, light.y, light.z]];
         let at = [&x[..], &y[..]];
-        let counts = compare(&system, RayOrigins::Lit { light: &light, at }, name);
+        let between = RayOrigins::IN_MM;
+        let light = &light;
+        let counts = compare(&system, RayOrigins::Lit { light, at, between }, name);
         // Light of its own for each ray.
-        let each = vec![light[0]; RAYS];
-        let same = compare(&system, RayOrigins::Lit { light: &each, at }, name);
+        let light = &vec![light[0]; RAYS];
+        let same = compare(&system, RayOrigins::Lit { light, at, between }, name);
         assert_eq!(counts, same);
         assert!(counts[0] > 20, "{name}: {counts:?}");
         clipped += counts[1];

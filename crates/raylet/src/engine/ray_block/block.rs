@@ -87,6 +87,14 @@ impl RayBlock {
         self.rays = 0;
     }
 
+    /// Becomes a copy of another block.
+    pub(crate) fn copy(&mut self, other: &Self) {
+        self.position = other.position;
+        self.direction = other.direction;
+        (self.path, self.lost, self.rays) = (other.path, other.lost, other.rays);
+        self.just_lost.clone_from(&other.just_lost);
+    }
+
     /// How many rays it has, lost ones among them.
     #[inline(always)]
     pub(crate) fn rays(&self) -> usize {

@@ -5,7 +5,7 @@
 
 use fearless_simd::{Select, Simd, SimdBase, SimdFrom, f64x8};
 
-use crate::engine::ray_block::block::{Column, PACKETS};
+use crate::engine::ray_block::block::{Column, PACKETS, RayBlock};
 use crate::engine::ray_block::block_step::{LaneCompanion, LaneEncounter};
 use crate::engine::ray_block::lane_shape::LaneBending;
 use crate::engine::ray_block::lane_vec3::LaneVec3;
@@ -18,7 +18,7 @@ pub(crate) struct ParameterGradient<'a> {
     moved: [Column; 3],
     turned: [Column; 3],
     longer: Column,
-    /// One for rays that arrive, NaN for others.
+    /// Paths of rays that arrive, NaN for others.
     arrives: Column,
     /// Those of the part that the rays go back through next.
     changes: &'a [PartChange<'a>],
@@ -41,21 +41,21 @@ impl<'a> ParameterGradient<'a> {
         }
     }
 
-    /// New rays are on the last part.
-    pub(crate) fn restart(&mut self) {
-        [self.moved, self.turned] = [[ZERO; 3]; 2];
-        [self.longer, self.arrives] = [ZERO, [[f64::NAN; LANES]; PACKETS]];
-    }
-
-    /// Ray `i` arrives: derivatives by its x, y, its unit directions along x and y, and its path.
-    pub(crate) fn set(&mut self, i: usize, [x, y, p, q, longer]: [f64; 5]) {
-        let (at, lane) = (i / LANES, i % LANES);
-        for (axis, (place, direction)) in [(x, p), (y, q)].into_iter().enumerate() {
-            self.moved[axis][at][lane] = place;
-            self.turned[axis][at][lane] = direction;
+    /// The rays of a block are on the last part, in a medium of index `n`: derivatives by their x, y, cosines along x and y, and
+    /// paths.
+    pub(crate) fn land(&mut self, block: &RayBlock, by_rays: [Option<&[f64]>; 5], n: f64) {
+        [self.moved[2], self.turned[2]] = [ZERO; 2];
+        let [mx, my, _] = &mut self.moved;
+        let [tx, ty, _] = &mut self.turned;
+        let places = [mx, my, tx, ty, &mut self.longer];
+        for ((place, column), by_rays) in places.into_iter().enumerate().zip(by_rays) {
+            *column = ZERO;
+            // cosines = n·d
+            let scale = if matches!(place, 2 | 3) { n } else { 1.0 };
+            let numbers = column.as_flattened_mut().iter_mut();
+            { numbers.zip(by_rays.unwrap_or_default()) }.for_each(|(to, by)| *to = scale * by);
         }
-        self.longer[at][lane] = longer;
-        self.arrives[at][lane] = 1.0;
+        self.arrives = block.path;
     }
 
     /// The rays go back through a part that changes so.

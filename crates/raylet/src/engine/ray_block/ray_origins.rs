@@ -21,8 +21,10 @@ pub enum RayOrigins<'a> {
     Lit {
         /// For each ray, the unit direction of collimated light or the place of a point source in mm, global.
         light: &'a [[f64; 3]],
-        /// Above which x and y in mm rays meet the first screen, on its axes.
+        /// Above which x and y rays meet the first screen, on its axes.
         at: [&'a [f64]; 2],
+        /// In mm the x and y that stand there as −1 and 1: half widths, or [`RayOrigins::IN_MM`].
+        between: [[f64; 2]; 2],
     },
     /// At points with directions of their own.
     Free {
@@ -32,6 +34,9 @@ pub enum RayOrigins<'a> {
         directions: &'a [[f64; 3]],
     },
 }
+
+/// Places x and y, and in mm where they are −1 and 1.
+type Places<'a> = ([&'a [f64]; 2], [[f64; 2]; 2]);
 
 /// The entry of a ray in a list that may have one for all.
 fn of_ray(list: &[[f64; 3]], ray: usize) -> Vec3 {
@@ -51,11 +56,17 @@ enum Wave {
 }
 
 impl RayOrigins<'_> {
+    /// The scale of places that are given in mm.
+    pub const IN_MM: [[f64; 2]; 2] = [[-1.0, 1.0]; 2];
+
     /// How many rays there are.
     pub fn len(&self) -> usize {
         match self {
             RayOrigins::Lit { at: [x, _], .. } => x.len(),
-            RayOrigins::Free { points, directions } => points.len().max(directions.len()),
+            RayOrigins::Free { points, directions } => match [points.len(), directions.len()] {
+                [0, _] | [_, 0] => 0,
+                [points, directions] => points.max(directions),
+            },
         }
     }
 
@@ -70,9 +81,13 @@ impl RayOrigins<'_> {
     /// [`Loss::Missed`] where it does not meet it.
     pub fn of(&self, system: &System, ray: usize) -> Result<(Source, [f64; 2]), Loss> {
         match self {
-            RayOrigins::Lit { light, at: [x, y] } => {
+            RayOrigins::Lit { light, at, between } => {
                 let source = system.source.with_light(of_ray(light, ray));
-                Ok((source, [x[ray], y[ray]]))
+                let place = |axis: usize| {
+                    let [low, high] = between[axis];
+                    0.5 * (low + high + at[axis][ray] * (high - low))
+                };
+                Ok((source, [place(0), place(1)]))
             }
             RayOrigins::Free { points, directions } => {
                 let [origin, direction] = [points, directions].map(|list| of_ray(list, ray));
@@ -92,8 +107,10 @@ impl RayOrigins<'_> {
         [first, rays]: [usize; 2],
     ) {
         block.restart();
-        if let (RayOrigins::Lit { light, at }, Some((wave, screen))) = (self, wave(system)) {
-            wave.launch(simd, screen, block, (light, *at), [first, rays]);
+        if let (RayOrigins::Lit { light, at, between }, Some((wave, screen))) = (self, wave(system))
+        {
+            let starts = (*light, (*at, *between));
+            wave.launch(simd, screen, block, starts, [first, rays]);
             return;
         }
         for i in 0..rays {
@@ -139,7 +156,7 @@ impl Wave {
         simd: S,
         screen: &Screen,
         block: &mut RayBlock,
-        (light, at): (&[[f64; 3]], [&[f64]; 2]),
+        (light, at): (&[[f64; 3]], Places),
         [first, rays]: [usize; 2],
     ) {
         let outwards = Passage::new(&screen.frame, &Frame::GLOBAL);
@@ -185,15 +202,15 @@ impl Wave {
 
 /// Points of the plane z = 0 for up to eight rays.
 #[inline(always)]
-fn places<S: Simd>(simd: S, [x, y]: [&[f64]; 2], [first, rays]: [usize; 2]) -> LaneVec3<S> {
+fn places<S: Simd>(simd: S, ([x, y], between): Places, [first, rays]: [usize; 2]) -> LaneVec3<S> {
     let mut lanes = [[0.0; LANES]; 2];
     lanes[0][..rays].copy_from_slice(&x[first..first + rays]);
     lanes[1][..rays].copy_from_slice(&y[first..first + rays]);
-    LaneVec3::new(
-        f64x8::simd_from(simd, lanes[0]),
-        f64x8::simd_from(simd, lanes[1]),
-        f64x8::splat(simd, 0.0),
-    )
+    let place = |axis: usize| {
+        let [low, high] = between[axis];
+        (f64x8::simd_from(simd, lanes[axis]) * (high - low) + (low + high)) * 0.5
+    };
+    LaneVec3::new(place(0), place(1), f64x8::splat(simd, 0.0))
 }
 
 /// The light of up to eight rays.

@@ -158,7 +158,7 @@ impl<'a> SystemDerivatives<'a> {
                 let [before, behind] = &mut blocks[number..number + 2] else {
                     continue;
                 };
-                behind.clone_from(before);
+                behind.copy(before);
                 rays.visit(station, behind, &mut ());
                 behind.forget();
             }
@@ -182,16 +182,18 @@ impl<'a> SystemDerivatives<'a> {
         by_landings: &ByLandings,
         gradient: &mut ParameterGradient,
     ) {
-        gradient.restart();
-        for i in (0..block.rays()).filter(|i| block.lost[*i].is_none()) {
-            let of = |column: &Option<&[f64]>| column.map_or(0.0, |column| column[first + i]);
-            let [x, y, p, q, path] = by_landings.each_ref().map(of);
-            // cosines = n·d
-            gradient.set(i, [x, y, self.index * p, self.index * q, path]);
-            let d = block.ray(i).direction;
-            let slopes = self.index_slopes.iter().enumerate();
-            for (parameter, slope) in slopes.filter(|(_, slope)| **slope != 0.0) {
-                gradient.add(parameter, slope * (p * d.x + q * d.y));
+        let range = first..first + block.rays();
+        let columns = { by_landings.each_ref() }.map(|column| Some(&(*column)?[range.clone()]));
+        gradient.land(block, columns, self.index);
+        // cosines = n·d
+        let slopes = self.index_slopes.iter().enumerate();
+        for (parameter, slope) in slopes.filter(|(_, slope)| **slope != 0.0) {
+            let along = |axis: usize, i: usize| {
+                let by_cosine = columns[2 + axis].map_or(0.0, |column| column[i]);
+                by_cosine * block.direction[axis].as_flattened()[i]
+            };
+            for i in (0..block.rays()).filter(|i| block.lost[*i].is_none()) {
+                gradient.add(parameter, slope * (along(0, i) + along(1, i)));
             }
         }
     }

@@ -132,6 +132,7 @@ fn gradients_are_dot_products_with_derivatives() {
     let origins = RayOrigins::Lit {
         light: &LIGHT,
         at: [&x, &y],
+        between: RayOrigins::IN_MM,
     };
     let weights = Array2::from_shape_fn((5, x.len()), |(row, ray)| {
         pair(9, [row, ray, 0, 0].map(|i| u32::try_from(i).unwrap()))[0] - 0.4
@@ -166,6 +167,7 @@ fn derivatives_in_blocks_are_those_of_single_rays() {
     let origins = RayOrigins::Lit {
         light: &LIGHT,
         at: [&x, &y],
+        between: RayOrigins::IN_MM,
     };
     let blocks = SystemDerivatives::new(&system, &variations).unwrap();
     let found = blocks

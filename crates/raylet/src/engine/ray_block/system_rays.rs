@@ -60,12 +60,16 @@ pub(crate) struct Station<'a> {
 /// Blocks that one thread follows in a row.
 pub(crate) const ROW: usize = 16;
 
-/// The part of the tracks that one thread writes.
-struct Piece<'a> {
-    points: ArrayViewMut3<'a, f64>,
-    directions: ArrayViewMut3<'a, f64>,
-    paths: ArrayViewMut2<'a, f64>,
-    lost: &'a mut [Option<Loss>],
+/// Where tracks are written: arrays as in [`Tracks`], rays beside each other in memory, whatever they hold.
+pub struct TracksMut<'a> {
+    /// Points.
+    pub points: ArrayViewMut3<'a, f64>,
+    /// Directions.
+    pub directions: ArrayViewMut3<'a, f64>,
+    /// Optical paths.
+    pub paths: ArrayViewMut2<'a, f64>,
+    /// Why rays are lost.
+    pub lost: &'a mut [Option<Loss>],
 }
 
 impl<'a> SystemRays<'a> {
@@ -112,20 +116,40 @@ impl<'a> SystemRays<'a> {
         pulse: &Pulse,
     ) -> Result<Tracks, Cancelled> {
         let (parts, rays) = (recorded.len(), origins.len());
-        // All of it is written: lost rays leave NaN behind.
         let mut tracks = Tracks {
             points: Array3::zeros((3, parts, rays)),
             directions: Array3::zeros((3, parts, rays)),
             paths: Array2::zeros((parts, rays)),
             lost: vec![None; rays],
         };
+        let mut to = TracksMut {
+            points: tracks.points.view_mut(),
+            directions: tracks.directions.view_mut(),
+            paths: tracks.paths.view_mut(),
+            lost: &mut tracks.lost,
+        };
+        self.trace_to(origins, recorded, &mut to, pulse)?;
+        Ok(tracks)
+    }
+
+    /// The same into arrays of a caller. All of them is written: lost rays leave NaN behind.
+    ///
+    /// # Errors
+    /// When the pulse breaks.
+    pub fn trace_to(
+        &self,
+        origins: RayOrigins,
+        recorded: &[usize],
+        tracks: &mut TracksMut,
+        pulse: &Pulse,
+    ) -> Result<(), Cancelled> {
         let row = ROW * BLOCK;
         let points = tracks.points.axis_chunks_iter_mut(Axis(2), row);
         let directions = tracks.directions.axis_chunks_iter_mut(Axis(2), row);
         let paths = tracks.paths.axis_chunks_iter_mut(Axis(1), row);
         let all = { points.zip(directions).zip(paths) }.zip(tracks.lost.chunks_mut(row));
-        let pieces: Vec<Piece> = all
-            .map(|(((points, directions), paths), lost)| Piece {
+        let pieces: Vec<TracksMut> = all
+            .map(|(((points, directions), paths), lost)| TracksMut {
                 points,
                 directions,
                 paths,
@@ -139,12 +163,11 @@ impl<'a> SystemRays<'a> {
                 Cancelled::check(pulse())?;
                 self.follow(number * row, origins, recorded, piece);
                 Ok(())
-            })?;
-        Ok(tracks)
+            })
     }
 
     /// The rays of one piece of the tracks, of which the first has the number `first`.
-    fn follow(&self, first: usize, origins: RayOrigins, recorded: &[usize], mut piece: Piece) {
+    fn follow(&self, first: usize, origins: RayOrigins, recorded: &[usize], mut piece: TracksMut) {
         let mut block = RayBlock::empty();
         for start in (0..piece.lost.len()).step_by(BLOCK) {
             let range = start..piece.lost.len().min(start + BLOCK);
@@ -225,7 +248,7 @@ fn onwards(screen: &Screen, k: f64, ray: &Ray) -> Result<Ray, Loss> {
     })
 }
 
-impl Piece<'_> {
+impl TracksMut<'_> {
     /// Writes down where the rays of a block are, on global axes, from the `start`-th of the piece on.
     #[inline(always)]
     fn record<S: Simd>(

@@ -7,6 +7,9 @@ use sysinfo::System;
 /// Limits are whole multiples of these bytes.
 const MEGABYTE: u64 = 1_000_000;
 
+/// The least limit in bytes where none is given.
+pub(crate) const LEAST_LIMIT: u64 = MEGABYTE;
+
 /// The limit in bytes where the machine does not report its memory.
 const UNKNOWN: u64 = 4096 * MEGABYTE;
 
@@ -42,7 +45,7 @@ impl MachineMemory {
     pub fn usual_limit(&self) -> u64 {
         match self.total {
             0 => UNKNOWN,
-            _ => (self.free / 2 / MEGABYTE).max(1) * MEGABYTE,
+            _ => (self.free / 2 / MEGABYTE * MEGABYTE).max(LEAST_LIMIT),
         }
     }
 }

@@ -1,6 +1,8 @@
 //! A scene's system at some values of its parameters, and the perturbed systems from which derivatives by these parameters
 //! come.
 
+use rayon::prelude::*;
+
 use crate::engine::trace::ray_sensitivity::Variation;
 use crate::file::decode::fault::Fault;
 use crate::file::model::build;
@@ -55,8 +57,11 @@ pub fn varied_system(
         build::system_with(&scene, arrays, channel)
     };
     let one = |(index, value): (usize, &f64)| Variation::new(values, index, step(*value), at);
-    let variations: Result<Vec<Variation>, Fault> = values.iter().enumerate().map(one).collect();
-    Ok((at(values)?, variations?))
+    let variations: Vec<_> = values.par_iter().enumerate().map(one).collect();
+    Ok((
+        at(values)?,
+        variations.into_iter().collect::<Result<_, Fault>>()?,
+    ))
 }
 
 /// The variations of a scene's system of a wavelength (by its index) in the parameters at these paths, such as
@@ -79,5 +84,7 @@ pub fn variations(
             build::system_with(&scene, arrays, channel)
         })
     };
-    paths.iter().map(one).collect()
+    // The first that is wrong is named, whichever thread ends first.
+    let variations: Vec<Result<Variation, Fault>> = paths.par_iter().map(one).collect();
+    variations.into_iter().collect()
 }

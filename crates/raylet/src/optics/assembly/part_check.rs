@@ -83,11 +83,18 @@ pub(crate) fn check_face(shape: &Shape, aperture: &Aperture) -> Result<(), Misma
 /// A point of the aperture, in mm, where the surface does not exist or is further than `highest` mm from its local
 /// plane.
 pub(crate) fn missing_point(shape: &Shape, aperture: &Aperture, highest: f64) -> Option<[f64; 2]> {
-    let mut points = aperture.rim().into_iter().chain(aperture.inside());
-    points.find(|[x, y]| {
+    let exists = |[x, y]: &[f64; 2]| {
         let height = shape.height(*x, *y);
-        !height.is_some_and(|here| here.z.abs() <= highest)
-    })
+        height.is_some_and(|here| here.z.abs() <= highest)
+    };
+    // Away from its axis the height of a conic only grows: the farthest point of the aperture decides for all.
+    let circle = aperture.circumcircle();
+    let farthest = circle.map(|([x, y], radius)| [x.hypot(y) + radius, 0.0]);
+    if matches!(shape, Shape::Plane | Shape::Conic(_)) && farthest.is_some_and(|at| exists(&at)) {
+        return None;
+    }
+    let mut points = aperture.rim().into_iter().chain(aperture.inside());
+    points.find(|point| !exists(point))
 }
 
 /// An aperture must have a width above zero.

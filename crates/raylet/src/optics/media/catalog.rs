@@ -15,6 +15,7 @@
 //! Birefringent crystals mean their ordinary index; `-e` at the end of the name selects the other.
 //! The medium's own name is always catalogue and glass, so that a report names what was taken.
 
+use std::collections::HashMap;
 use std::sync::LazyLock;
 
 use thiserror::Error;
@@ -41,6 +42,20 @@ static GLASSES: LazyLock<Vec<Glass>> = LazyLock::new(|| {
         Glass::read(catalogue, source, line)
     };
     DATA.lines().filter_map(read).collect()
+});
+
+/// Where glasses stand in the list, and the first of their names that is compared so.
+static BY_NAME: LazyLock<HashMap<String, Vec<(usize, &'static str)>>> = LazyLock::new(|| {
+    let mut found: HashMap<String, Vec<(usize, &'static str)>> = HashMap::new();
+    for (place, glass) in GLASSES.iter().enumerate() {
+        for name in &glass.names {
+            let places = found.entry(compared(name).collect()).or_default();
+            if places.last().is_none_or(|(last, _)| *last != place) {
+                places.push((place, name));
+            }
+        }
+    }
+    found
 });
 
 /// Why a name gives no medium.
@@ -102,10 +117,10 @@ pub fn medium(name: &str) -> Result<Medium, CatalogError> {
 /// As for [`medium`].
 pub fn glass(name: &str) -> Result<&'static Glass, CatalogError> {
     let (catalogue, own) = split(name);
-    let mut found: Vec<(&Glass, &str)> = glasses()
-        .iter()
-        .filter(|glass| catalogue.is_none_or(|name| same(glass.catalogue, name)))
-        .filter_map(|glass| Some((glass, *glass.names.iter().find(|known| same(known, own))?)))
+    let named = BY_NAME.get(&compared(own).collect::<String>());
+    let mut found: Vec<(&Glass, &str)> = { named.into_iter().flatten() }
+        .map(|(place, known)| (&glasses()[*place], *known))
+        .filter(|(glass, _)| catalogue.is_none_or(|name| same(glass.catalogue, name)))
         .collect();
 
     // Small letters are a choice, so a name that has them and is spelled as a glass is that glass.
