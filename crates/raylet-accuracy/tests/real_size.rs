@@ -3,7 +3,7 @@
 use std::f64::consts::{FRAC_PI_2, FRAC_PI_4, TAU};
 
 use num_complex::Complex64;
-use raylet::engine::chain::forecast::forecast;
+use raylet::engine::chain::forecast::{forecast, forecast_run};
 use raylet::engine::chain::simulate::simulate;
 use raylet::engine::plan::hop_method::HopMethod;
 use raylet::engine::plan::settings::Settings;
@@ -18,6 +18,7 @@ use raylet::optics::phase::profile::Profile;
 use raylet_accuracy::numerics::quadrature::gauss_legendre;
 use raylet_accuracy::objective::ray_integral::chief_landing;
 use raylet_accuracy::objective::triplet::Triplet;
+use raylet_accuracy::real_size::cases::{Case, cases};
 use raylet_accuracy::real_size::on_axis::compare;
 use raylet_testkit::scenes::{scene_path, scene_system};
 
@@ -142,6 +143,35 @@ fn a_rim_of_any_size_diffracts() {
     let found = compare(&system, &settings, 0.4).unwrap();
     assert!(found.error < 3e-4 && found.expected < 6e-4, "{found:?}");
     assert!(found.error < 2.0 * found.expected, "{found:?}");
+}
+
+/// A rim of the double Gauss lens at 10° is a screen: the forecast knows that light passes it as it came, and takes less than two
+/// minutes. Rims of the triplet with a grating at 20° would take longer, and cut single rays.
+#[test]
+fn rims_diffract_where_that_takes_little_time() {
+    for (name, diffracts) in [
+        (
+            "double_gauss_f2/kinoform-f-5-m-against-spherical-aberration-30.0-mm-wide/10",
+            true,
+        ),
+        ("cooke_triplet/binary-grating-of-20-µm/20", false),
+    ] {
+        let case = cases().into_iter().find(|case| case.key() == name);
+        let whole = Case {
+            stop: None,
+            ..case.unwrap()
+        };
+        let (system, settings) = whole.system().unwrap();
+        let run = forecast_run(&system, &settings, |_, _| ()).unwrap();
+        let screens = run
+            .rimmed
+            .rims
+            .iter()
+            .filter(|rim| rim.treatment == RimTreatment::Screen);
+        assert_eq!(screens.count() > 0, diffracts, "{name}");
+        let seconds: f64 = run.hops.iter().map(|hop| hop.work.seconds).sum();
+        assert!(seconds < 120.0, "{name}: {seconds}");
+    }
 }
 
 /// The pixels of the modulator have few directions: local bands take a third of the time of whole fields there.

@@ -54,6 +54,16 @@ impl<'a> OpenWay<'a> {
     }
 }
 
+/// The bare aperture in a plane that a screen is; nothing for other screens.
+pub(crate) fn bare(screen: &Screen) -> Option<&Aperture> {
+    match &screen.kind {
+        ScreenKind::Stop(aperture) if screen.is_plane() && screen.behind.is_none() => {
+            Some(aperture)
+        }
+        _ => None,
+    }
+}
+
 /// A bare aperture that light may pass.
 pub(crate) struct OpenGate<'a> {
     aperture: &'a Aperture,
@@ -68,14 +78,8 @@ impl<'a> OpenGate<'a> {
     /// At the end of the hop with this number; nothing where no bare aperture in a plane stands there.
     pub(crate) fn at_end_of(system: &'a System, number: usize, allowed: f64) -> Option<Self> {
         let screen = system.screens.get(number + 1)?;
-        let ScreenKind::Stop(aperture) = &screen.kind else {
-            return None;
-        };
-        if !screen.is_plane() || screen.behind.is_some() {
-            return None;
-        }
         Some(Self {
-            aperture,
+            aperture: bare(screen)?,
             source: &system.source,
             onward: OpenWay::to_end_of(system, number + 1)?,
             allowed,

@@ -8,6 +8,7 @@ use crate::engine::local_bands::edge_workload::{SeenRim, edge_area};
 use crate::engine::local_bands::hop_step::HopStep;
 use crate::engine::local_bands::local_band_error::LocalBandError;
 use crate::engine::local_bands::onward_way::directions_onward;
+use crate::engine::local_bands::passing_light::bare;
 use crate::engine::local_bands::settings::LocalBandSettings;
 use crate::engine::local_bands::window_widths::{expected_aberration, leaving_carriers};
 use crate::engine::plan::cost_model::as_conics;
@@ -59,9 +60,14 @@ pub(crate) fn workload(
 ) -> Result<Vec<LocalBandWorkload>, LocalBandError> {
     let leaving = leaving_carriers(system, settings.aperture)?;
     let hops = system.hops().enumerate().zip(&leaving);
+    let mut passes = false;
     hops.map(|((number, hop), carriers)| {
         let step = HopStep::new(system, settings, number, hop)?;
         let plan = step.plan();
+        // The light of a smooth source passes bare apertures as it came, but for what their edges touch.
+        passes = plan.smooth || (passes && bare(hop.from).is_some());
+        let [inside, cut] = step.lit_windows();
+        let windows = [if passes { 0 } else { inside }, cut];
         let aberration = expected_aberration(&hop, &system.source, carriers, &plan);
         // A smooth source has no plane waves to leave out.
         let (work, dropped) = match plan.smooth {
@@ -83,7 +89,7 @@ pub(crate) fn workload(
                 };
                 let edge = work_of_edge(system, &step, settings);
                 (
-                    work_of_hop(&step, carriers, settings, share) + edge,
+                    work_of_hop(&step, carriers, settings, (windows, share)) + edge,
                     dropped,
                 )
             }
@@ -97,15 +103,15 @@ pub(crate) fn workload(
     .collect()
 }
 
-/// What a hop takes: its windows, each with the mean over carriers. Of their plane waves a `share` is strong enough to be
-/// followed.
+/// What a hop takes: so many windows inside its aperture and at its edge, each with the mean over carriers. Of their plane waves a
+/// `share` is strong enough to be followed.
 fn work_of_hop(
     step: &HopStep,
     carriers: &[Carrier],
     settings: &LocalBandSettings,
-    share: f64,
+    (windows, share): ([usize; 2], f64),
 ) -> Work {
-    let [inside, cut] = step.lit_windows().map(|count| count as f64);
+    let [inside, cut] = windows.map(|count| count as f64);
     let one = |carrier: &Carrier| {
         let start = ChirpedStart {
             carrier: *carrier,
@@ -358,7 +364,8 @@ pub(crate) fn quickest_widths(
             if narrower < 1.0 && aberration > error {
                 break;
             }
-            let seconds = work_of_hop(&step, carriers, &tried, 1.0).seconds;
+            let all = (step.lit_windows(), 1.0);
+            let seconds = work_of_hop(&step, carriers, &tried, all).seconds;
             if seconds < best {
                 best = seconds;
                 if let Some(chosen) = sigmas.get_mut(number) {

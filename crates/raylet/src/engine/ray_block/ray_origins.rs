@@ -6,7 +6,7 @@ use crate::engine::geometrical::system_trace::{first_meeting, starting_hit};
 use crate::engine::ray_block::block::{Packet, RayBlock};
 use crate::engine::ray_block::lane_vec3::LaneVec3;
 use crate::engine::ray_block::passage::Passage;
-use crate::math::lanes::LANES;
+use crate::math::lanes::{LANES, Lanes};
 use crate::math::vec3::Vec3;
 use crate::optics::frame::Frame;
 use crate::optics::ray::{Loss, Ray};
@@ -203,14 +203,22 @@ impl Wave {
 /// Points of the plane z = 0 for up to eight rays.
 #[inline(always)]
 fn places<S: Simd>(simd: S, ([x, y], between): Places, [first, rays]: [usize; 2]) -> LaneVec3<S> {
-    let mut lanes = [[0.0; LANES]; 2];
-    lanes[0][..rays].copy_from_slice(&x[first..first + rays]);
-    lanes[1][..rays].copy_from_slice(&y[first..first + rays]);
-    let place = |axis: usize| {
+    let place = |axis: usize, column: &[f64]| {
         let [low, high] = between[axis];
-        (f64x8::simd_from(simd, lanes[axis]) * (high - low) + (low + high)) * 0.5
+        let lanes = taken(&column[first..first + rays]);
+        (f64x8::simd_from(simd, lanes) * (high - low) + (low + high)) * 0.5
     };
-    LaneVec3::new(place(0), place(1), f64x8::splat(simd, 0.0))
+    LaneVec3::new(place(0, x), place(1, y), f64x8::splat(simd, 0.0))
+}
+
+/// Up to eight numbers, and zeros behind them; eight are read at once.
+#[inline(always)]
+fn taken(numbers: &[f64]) -> Lanes {
+    Lanes::try_from(numbers).unwrap_or_else(|_| {
+        let mut lanes = [0.0; LANES];
+        lanes[..numbers.len()].copy_from_slice(numbers);
+        lanes
+    })
 }
 
 /// The light of up to eight rays.

@@ -17,7 +17,7 @@ use crate::engine::ray_block::passage::Passage;
 use crate::engine::ray_block::prepared_part::{Edge, PreparedPart};
 use crate::engine::ray_block::ray_origins::RayOrigins;
 use crate::engine::trace::ray_trace::{LocatedScreen, emit_locally};
-use crate::math::lanes::LANES;
+use crate::math::lanes::{LANES, Lanes};
 use crate::math::simd_level::level;
 use crate::optics::frame::Frame;
 use crate::optics::ray::{Loss, Ray};
@@ -268,7 +268,7 @@ impl TracksMut<'_> {
             write(&mut points, &range, outwards.points(ray.position));
             write(&mut directions, &range, outwards.directions(ray.direction));
             if let Some(paths) = paths.as_slice_mut() {
-                paths[range.clone()].copy_from_slice(&block.path[at][..range.len()]);
+                put(&mut paths[range.clone()], &block.path[at]);
             }
         }
     }
@@ -279,7 +279,16 @@ impl TracksMut<'_> {
 fn write<S: Simd>(rows: &mut ArrayViewMut2<f64>, range: &Range<usize>, vectors: LaneVec3<S>) {
     for (mut row, column) in rows.rows_mut().into_iter().zip(&vectors.arrays()) {
         if let Some(row) = row.as_slice_mut() {
-            row[range.clone()].copy_from_slice(&column[..range.len()]);
+            put(&mut row[range.clone()], column);
         }
+    }
+}
+
+/// Writes the first of eight numbers to up to eight places; all of them go at once.
+#[inline(always)]
+fn put(places: &mut [f64], numbers: &Lanes) {
+    match <&mut Lanes>::try_from(&mut *places) {
+        Ok(all) => *all = *numbers,
+        Err(_) => places.copy_from_slice(&numbers[..places.len()]),
     }
 }
