@@ -211,7 +211,6 @@ def _followed(
     """The rays of these starts, at some parts of the system or at all."""
     names = [part["name"] for part in system.parts]
     chosen = _numbers(names, parts)
-    shape = (len(chosen), _count(starts))
     # A large array of NumPy has large pages of memory, which are there much sooner.
     numbers = np.empty((7, len(chosen), _count(starts)))
     scene = system._compiled()

@@ -63,10 +63,11 @@ No loop uses fused multiply-adds: with them results would have other bits on oth
 
 - **Rays in blocks.** A surface has quotients and roots that wait for each other, and a processor begins one vector of
   them only every few cycles. The rest are sums and products with little to do side by side.
-- **Rays from Python.** Where surfaces are few, the arrays of results take about as long: a fifth of the time of 1e6 rays through
-  the singlet, on one thread, is new pages of memory (by `perf`, on an EPYC with AVX-512). NumPy asks for large pages.
-- **Gradients of rays.** `System.trace` follows each ray once, and `Rays.adjoint` twice more: there and back. A part on the
-  way back has three quotients and two roots, most of which wait for each other.
+- **Rays from Python.** Where surfaces are few, the arrays of results take about as long: a fifth of the time of 1e6
+  rays through the singlet, on one thread, is new pages of memory (by `perf`, on an EPYC with AVX-512). NumPy asks for
+  large pages.
+- **Gradients of rays.** `System.trace` follows each ray once, and `Rays.adjoint` twice more: there and back. A part on
+  the way back has three quotients and two roots, most of which wait for each other.
 - **Jacobians and beamlets.** The same, with four tangents or a complex curvature beside each ray: more sums and
   products for each quotient. More numbers are alive than a processor has registers, so many instructions load and
   store.
