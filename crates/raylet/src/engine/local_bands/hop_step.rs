@@ -200,7 +200,6 @@ impl<'a> HopStep<'a> {
             period,
             windows: [0, 1].map(|a| self.tiling.positions[a].count),
             smooth: self.element.is_none(),
-            behind_pixels: self.behind_pixels,
             corrected: self.settings.corrected,
         }
     }

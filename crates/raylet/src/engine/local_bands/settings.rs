@@ -46,8 +46,6 @@ pub struct LocalBandPlan {
     pub windows: [usize; 2],
     /// Whether they are of a smooth source, which has one direction in each.
     pub smooth: bool,
-    /// Whether their light comes from pixels, and has all directions.
-    pub behind_pixels: bool,
     /// Whether the aberration inside beamlets is corrected.
     pub corrected: bool,
 }
