@@ -150,8 +150,9 @@ pub(crate) fn choose_with<R: Reply>(
 }
 
 /// Rims that are too large for whole fields diffract where local bands take no more than these seconds of one core. Otherwise they cut
-/// ray by ray, the expected error counts that, and a stop in the place of one diffracts. The rims of a Cooke triplet before whose stop
-/// with a grating they cut light of 20° take more than ten minutes, and leave an error of 1.5e-2 of 4.2e-2.
+/// ray by ray, the expected error counts that, and a stop in the place of one diffracts. With a grating at
+/// the stop of a Cooke triplet and light at 20°, the rims before the stop took more than ten minutes; the expected error is 1.5e-2 with
+/// them and 4.2e-2 without.
 const RIMS: f64 = 120.0;
 
 /// The rims and the method of a run: where local bands carry the light, rims that cut a noticeable part of it are screens at any
