@@ -144,15 +144,15 @@ mod paper {
     use num_complex::Complex64;
     use raylet::engine::chain::simulate::simulate;
     use raylet::engine::plan::settings::{Method, Paper, Settings};
-    use raylet::math::draw::draw;
-    use raylet::math::random::{pair, uniform};
+    use raylet::math::draw::{DrawScratch, draw_into};
+    use raylet::math::random::{uniform, uniforms};
     use raylet::optics::pixels::pixel_grid::PixelForm;
     use raylet::optics::system::System;
     use raylet::wave::beamlet::plane::{PlaneSum, PlaneWave};
     use raylet::wave::grid::field::{Axis, Field, Grid};
     use raylet::wave::grid::raster::Raster;
     use raylet::wave::patches::patch::Band;
-    use raylet::wave::patches::tile::{Tile, TileCutter, TileWindow};
+    use raylet::wave::patches::tile::{CutScratch, Tile, TileCutter, TileWindow};
     use raylet_testkit::paper_systems::{PITCH, WAVELENGTH, lens_hologram};
 
     use crate::{Bencher, ItemsCount, black_box};
@@ -205,22 +205,24 @@ mod paper {
     #[divan::bench(max_time = 2)]
     fn cut(bencher: Bencher) {
         let (field, cutter) = cutter();
+        let mut scratch = CutScratch::default();
         bencher
             .counter(ItemsCount::new(1u32))
-            .bench_local(|| cutter.cut(&field, black_box([0.0123, -0.0456])));
+            .bench_local(|| cutter.cut(&field, black_box([0.0123, -0.0456]), &mut scratch));
     }
 
     /// Drawing with replacement, the random numbers included. Item: a draw.
     #[divan::bench(max_time = 2)]
     fn drawing(bencher: Bencher) {
         let (field, cutter) = cutter();
-        let modes = cutter.cut(&field, [0.0; 2]);
-        let weights: Vec<f64> = modes.iter().map(|c| c.norm()).collect();
+        let mut modes = CutScratch::default();
+        cutter.cut(&field, [0.0; 2], &mut modes);
+        let weights: Vec<f64> = modes.modes.iter().map(|c| c.norm()).collect();
+        let (mut scratch, mut drawn) = (DrawScratch::default(), Vec::new());
+        let mut numbers = vec![0.0; DRAWS as usize];
         bencher.counter(ItemsCount::new(DRAWS)).bench_local(|| {
-            let numbers: Vec<f64> = (0..DRAWS / 2)
-                .flat_map(|sample| pair(3, [0, 0, sample, 0]))
-                .collect();
-            draw(&weights, &numbers)
+            uniforms(3, [0; 4], &mut numbers);
+            draw_into(&weights, &numbers, &mut scratch, &mut drawn)
         });
     }
 

@@ -18,7 +18,7 @@ use raylet::engine::plan::hop_plan::{Plan, plan};
 use raylet::engine::plan::settings::{Density, Method, Paper, Positions, Sampler, Settings};
 use raylet::optics::system::System;
 use raylet::wave::grid::metrics::{field_error, unit_sum_mse};
-use raylet::wave::patches::tile::TileCutter;
+use raylet::wave::patches::tile::{CutScratch, TileCutter};
 use raylet_plot::chart_panel::Series;
 use raylet_plot::figure::{Figure, Panel};
 use raylet_plot::panel::FigureError;
@@ -84,11 +84,13 @@ fn sums(system: &System, plan: &PaperPlan) -> Result<[f64; 3], SimulateError> {
     let cosines = leaving(&Plan::Paper(plan.clone()));
     let (_, field) = light.pass(system, screen, cosines, &Settings::default())?;
     let axes = [&field.grid.x, &field.grid.y];
-    let spectrum =
-        TileCutter::new(axes, &plan.bands, system.wavenumber(), &plan.tile()).cut(&field, [0.0; 2]);
+    let cutter = TileCutter::new(axes, &plan.bands, system.wavenumber(), &plan.tile());
+    let mut scratch = CutScratch::default();
+    cutter.cut(&field, [0.0; 2], &mut scratch);
     let [bx, by] = &plan.bands;
     let mut sums = [0.0; 3];
-    for ((my, mx), c) in spectrum.indexed_iter() {
+    for (index, c) in scratch.modes.iter().enumerate() {
+        let (mx, my) = (index % bx.count, index / bx.count);
         if bx.at(mx).hypot(by.at(my)) < screen.index {
             sums = [sums[0] + c.norm(), sums[1] + c.norm_sqr(), sums[2] + 1.0];
         }

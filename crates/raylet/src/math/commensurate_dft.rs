@@ -8,10 +8,12 @@ use std::f64::consts::TAU;
 use std::fmt;
 use std::sync::Arc;
 
+use fearless_simd::{Simd, dispatch};
 use num_complex::Complex64;
 use raylet_fft::{Fft, Planner};
 
 use crate::math::chirp::Comb;
+use crate::math::simd_level::level;
 
 /// How far N may be from a whole number, for each of its units.
 const TOLERANCE: f64 = 1e-14;
@@ -75,28 +77,44 @@ impl CommensurateDft {
         })
     }
 
-    /// Adds the sums over `input` to `out`; both may be shorter than their combs. `scratch` is resized as
-    /// needed.
+    /// By which each input is multiplied before the transform.
+    pub(crate) fn before(&self) -> &[Complex64] {
+        &self.before
+    }
+
+    /// By which each output is multiplied after the transform.
+    pub(crate) fn after(&self) -> &[Complex64] {
+        &self.after
+    }
+
+    /// Length of the transform.
+    pub(crate) fn length(&self) -> usize {
+        self.transform.len()
+    }
+
+    /// Adds sums to `out`, which may be shorter than its comb. `line` has the inputs with their factors
+    /// [`CommensurateDft::before`] and zeros behind them, as long as the transform; what it holds afterwards has no
+    /// meaning. `after` is [`CommensurateDft::after`] with what else outputs are multiplied by.
     pub(crate) fn apply(
         &self,
-        input: &[Complex64],
+        line: &mut [Complex64],
+        after: &[Complex64],
         out: &mut [Complex64],
         scratch: &mut Vec<Complex64>,
     ) {
-        let length = self.transform.len();
-        scratch.clear();
-        scratch.resize(
-            length + self.transform.get_inplace_scratch_len(),
-            Complex64::ZERO,
-        );
-        let (work, spare) = scratch.split_at_mut(length);
-        for ((work, value), before) in work.iter_mut().zip(input).zip(&self.before) {
-            *work = value * before;
-        }
-        self.transform.process_with_scratch(work, spare);
-        for ((out, work), after) in out.iter_mut().zip(work).zip(&self.after) {
-            *out += *work * after;
-        }
+        let spare = self.transform.get_inplace_scratch_len();
+        scratch.resize(spare.max(scratch.len()), Complex64::ZERO);
+        self.transform
+            .process_with_scratch(line, &mut scratch[..spare]);
+        dispatch!(level(), simd => add_product(simd, line, after, out));
+    }
+}
+
+/// Adds the products of values and factors to sums.
+#[inline(always)]
+fn add_product<S: Simd>(_: S, values: &[Complex64], factors: &[Complex64], sums: &mut [Complex64]) {
+    for ((sum, value), factor) in sums.iter_mut().zip(values).zip(factors) {
+        *sum += value * factor;
     }
 }
 
@@ -141,7 +159,10 @@ mod tests {
             let dft = CommensurateDft::new(from, to, scale).unwrap();
             let chirp = Chirp::new(from, to, scale);
             let (mut ours, mut theirs) = (vec![Complex64::ONE; 150], vec![Complex64::ONE; 150]);
-            dft.apply(&input, &mut ours, &mut Vec::new());
+            let before = input.iter().zip(dft.before()).map(|(value, f)| value * f);
+            let mut line: Vec<Complex64> = before.collect();
+            line.resize(dft.length(), Complex64::ZERO);
+            dft.apply(&mut line, dft.after(), &mut ours, &mut Vec::new());
             chirp.apply(&input, &mut theirs, &mut Vec::new());
             for (ours, theirs) in ours.iter().zip(&theirs) {
                 assert!((ours - theirs).norm() < 1e-11, "{ours} {theirs}");

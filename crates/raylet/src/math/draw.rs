@@ -1,58 +1,149 @@
 //! Drawing from a list of weights, with and without replacement.
 
+use fearless_simd::{Simd, SimdBase, SimdFrom, SimdMask, dispatch, f64x8};
+
+use crate::math::lanes::LANES;
+use crate::math::simd_level::level;
+
+/// Memory for drawing from lists of weights.
+#[derive(Debug, Default)]
+pub struct DrawScratch {
+    /// Sums of the weights up to each one, and behind them some that no number reaches.
+    sums: Vec<f64>,
+    /// For each of equal cells of the total the first block of eight sums that reaches it: the search begins there.
+    first: Vec<u32>,
+    counts: Vec<u32>,
+}
+
 /// How often each of `weights` is drawn in as many independent draws as there are `uniforms`, with
 /// probability proportional to the weight: (index, count), ascending, only those drawn at all.
 ///
 /// `uniforms` are uniform in \[0, 1). Without positive weights nothing is drawn.
-pub fn draw(weights: &[f64], uniforms: &[f64]) -> Vec<(usize, u32)> {
-    let total: f64 = weights.iter().sum();
-    if !(total > 0.0 && total.is_finite()) {
-        return Vec::new();
-    }
-    let sums = partial_sums(weights);
+pub fn draw(weights: &[f64], uniforms: &[f64]) -> Vec<(u32, u32)> {
+    let mut drawn = Vec::new();
+    draw_into(weights, uniforms, &mut DrawScratch::default(), &mut drawn);
+    drawn
+}
 
-    // The first index that a number of each of equal cells of [0, 1) can belong to: the search begins there.
-    let cells = weights.len().min(uniforms.len().max(1));
-    let step = total / cells as f64;
-    let mut first = Vec::with_capacity(cells);
-    let mut index = 0;
-    for cell in 0..cells {
-        while sums[index] <= cell as f64 * step {
-            index += 1;
-        }
-        first.push(index as u32);
+/// The same in place of what `drawn` holds, for many lists; the sum of the weights.
+pub fn draw_into(
+    weights: &[f64],
+    uniforms: &[f64],
+    scratch: &mut DrawScratch,
+    drawn: &mut Vec<(u32, u32)>,
+) -> f64 {
+    drawn.clear();
+    let total = dispatch!(level(), simd => scratch.sum_up(simd, weights));
+    if !(total > 0.0 && total.is_finite()) {
+        return total;
     }
-    let mut counts = vec![0u32; weights.len()];
-    for uniform in uniforms {
-        let (place, cell) = (uniform * total, (uniform * cells as f64) as usize);
-        let mut index = first[cell.min(cells - 1)] as usize;
-        // Rounding may put a number into the next cell.
-        while index > 0 && sums[index - 1] > place {
-            index -= 1;
+    let blocks = weights.len().div_ceil(LANES);
+    let cells = blocks.min(uniforms.len().max(1)) * 2;
+    let scale = cells as f64 / total;
+    scratch.divide(blocks, cells, scale);
+    scratch.counts.clear();
+    scratch.counts.resize(weights.len(), 0);
+    dispatch!(level(), simd => count(simd, scratch, uniforms, [total, scale]));
+
+    // Each entry is written; only behind one that was drawn does the next get a new place.
+    drawn.resize(weights.len().min(uniforms.len()) + 1, (0, 0));
+    let mut place = 0;
+    for (index, count) in scratch.counts.iter().enumerate() {
+        drawn[place] = (index as u32, *count);
+        place += usize::from(*count > 0);
+    }
+    drawn.truncate(place);
+    total
+}
+
+impl DrawScratch {
+    /// Sums up the weights, and returns the total. Rounding may leave a number above the last of the sums; it belongs to
+    /// the last weight above zero, whose sum is infinite.
+    #[inline(always)]
+    fn sum_up<S: Simd>(&mut self, _: S, weights: &[f64]) -> f64 {
+        self.sums.resize((weights.len() / LANES + 4) * LANES, 0.0);
+        let mut total = 0.0;
+        let (blocks, rest) = weights.as_chunks::<LANES>();
+        let (sums, behind) = self
+            .sums
+            .as_chunks_mut::<LANES>()
+            .0
+            .split_at_mut(blocks.len());
+        for (block, sums) in blocks.iter().zip(sums) {
+            // The blocks do not wait for each other, but for the last sum.
+            let within = partial_sums(block);
+            *sums = within.map(|sum| total + sum);
+            total += within[LANES - 1];
         }
-        while sums[index] <= place {
-            index += 1;
+        let mut block = [0.0; LANES];
+        block[..rest.len()].copy_from_slice(rest);
+        let within = partial_sums(&block);
+        behind[0] = within.map(|sum| total + sum);
+        total += within[LANES - 1];
+        let last = weights.iter().rposition(|weight| *weight > 0.0);
+        self.sums[last.unwrap_or(0)..].fill(f64::INFINITY);
+        total
+    }
+
+    /// For each cell finds the first block of sums whose last one lies in it or beyond.
+    fn divide(&mut self, blocks: usize, cells: usize, scale: f64) {
+        let Self { sums, first, .. } = self;
+        first.clear();
+        first.resize(cells + 2, 0);
+        let ends = sums.iter().skip(LANES - 1).step_by(LANES);
+        for (block, sum) in ends.take(blocks).enumerate() {
+            first[cell(*sum, scale, cells) + 1] = block as u32 + 1;
+        }
+        let mut most = 0;
+        for first in first {
+            most = most.max(*first);
+            *first = most;
+        }
+    }
+}
+
+/// Sums up to each of eight numbers.
+#[inline(always)]
+fn partial_sums(numbers: &[f64; LANES]) -> [f64; LANES] {
+    let mut sum = 0.0;
+    numbers.map(|number| {
+        sum += number;
+        sum
+    })
+}
+
+/// The cell in which a place of [0, total) is, or an end beyond the last. It never falls from one place to the next.
+#[inline(always)]
+fn cell(place: f64, scale: f64, cells: usize) -> usize {
+    ((place * scale) as u32 as usize).min(cells)
+}
+
+/// Counts the first index whose sum exceeds a number's place, for each number.
+#[inline(always)]
+fn count<S: Simd>(simd: S, scratch: &mut DrawScratch, uniforms: &[f64], [total, scale]: [f64; 2]) {
+    let DrawScratch {
+        sums,
+        first,
+        counts,
+    } = scratch;
+    let (sums, _) = sums.as_chunks::<LANES>();
+    let cells = first.len() - 2;
+    for uniform in uniforms {
+        let place = uniform * total;
+        let place_of_all = f64x8::splat(simd, place);
+        let below = |block: usize| {
+            let eight = f64x8::simd_from(simd, sums[block]);
+            eight.simd_le(place_of_all).to_bitmask().count_ones() as usize
+        };
+        // A cell seldom reaches into a third block, so that the loop seldom goes on.
+        let mut block = first[cell(place, scale, cells)] as usize;
+        let mut index = block * LANES + below(block) + below(block + 1);
+        while index == (block + 2) * LANES {
+            block += 2;
+            index += below(block) + below(block + 1);
         }
         counts[index] += 1;
     }
-    let drawn = counts.iter().enumerate().filter(|(_, count)| **count > 0);
-    drawn.map(|(index, count)| (index, *count)).collect()
-}
-
-/// Sums of the weights up to each one. Rounding may leave a number above the last of them; it belongs to the last weight
-/// above zero, whose sum is infinite.
-fn partial_sums(weights: &[f64]) -> Vec<f64> {
-    let mut sum = 0.0;
-    let mut sums: Vec<f64> = weights
-        .iter()
-        .map(|weight| {
-            sum += weight;
-            sum
-        })
-        .collect();
-    let last = weights.iter().rposition(|weight| *weight > 0.0);
-    sums[last.unwrap_or(0)..].fill(f64::INFINITY);
-    sums
 }
 
 /// Probabilities min(1, const·weight) that add up to `count`; one for every positive weight when there
@@ -126,7 +217,7 @@ mod tests {
         );
         assert_eq!(drawn.iter().map(|d| d.1).sum::<u32>(), count);
         for (index, drawn) in drawn {
-            let share = weights[index] / 10.0;
+            let share = weights[index as usize] / 10.0;
             let spread = (f64::from(count) * share * (1.0 - share)).sqrt();
             assert!((f64::from(drawn) - f64::from(count) * share).abs() < 4.0 * spread);
         }
@@ -155,7 +246,7 @@ mod tests {
             }
             let mut counts = vec![0; weights.len()];
             for (index, count) in draw(&weights, &uniforms) {
-                counts[index] = count;
+                counts[index as usize] = count;
             }
             assert_eq!(counts, expected);
         }

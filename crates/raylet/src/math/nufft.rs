@@ -17,6 +17,8 @@ use crate::math::kaiser::Kaiser;
 use crate::math::lines::{quick_length, transform_rows};
 use crate::math::tiles::Tiles;
 
+pub(crate) use crate::math::tiles::SortedPoints;
+
 /// Why a transform cannot be planned.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum NufftError {
@@ -100,6 +102,7 @@ impl Modes {
         scratch: &mut Vec<Complex64>,
     ) {
         let (work, spare) = self.split(scratch, &self.forward);
+        work.fill(Complex64::ZERO);
         // mode += work·factor
         for (j, (mode, factor)) in modes.iter().zip(&self.factors).enumerate() {
             work[self.frequency(j)] = mode * factor.conj();
@@ -111,13 +114,12 @@ impl Modes {
             .for_each(|(value, work)| *value += *work);
     }
 
-    /// A zeroed line of the grid, and the scratch space of the transform.
+    /// A line of the grid, which holds anything, and the scratch space of the transform.
     fn split<'a>(
         &self,
         scratch: &'a mut Vec<Complex64>,
         fft: &Arc<dyn Fft<f64>>,
     ) -> (&'a mut [Complex64], &'a mut [Complex64]) {
-        scratch.clear();
         scratch.resize(self.length + fft.get_inplace_scratch_len(), Complex64::ZERO);
         scratch.split_at_mut(self.length)
     }
@@ -157,10 +159,41 @@ impl Nufft {
     /// # Panics
     /// If there are not as many strengths as points, or `out` has another shape than the plan.
     pub fn type1(&self, points: &[[f64; 2]], strengths: &[Complex64], out: &mut Array2<Complex64>) {
+        let mut grid = self.blank();
+        self.spread(points, strengths, &mut grid);
+        self.collect(&grid, out);
+    }
+
+    /// An empty grid: points of many calls are spread to it, and their modes collected once.
+    pub(crate) fn blank(&self) -> Vec<f64> {
+        self.tiles.blank()
+    }
+
+    /// The first part of [`Nufft::type1`]: adds points to a grid.
+    pub(crate) fn spread(&self, points: &[[f64; 2]], strengths: &[Complex64], grid: &mut [f64]) {
         assert_eq!(points.len(), strengths.len(), "one strength for each point");
+        self.tiles.spread(points, strengths, grid);
+    }
+
+    /// Puts points in the order in which [`Nufft::spread_sorted`] takes them.
+    pub(crate) fn sort(
+        &self,
+        points: &[[f64; 2]],
+        strengths: &[Complex64],
+        sorted: &mut SortedPoints,
+    ) {
+        self.tiles.sort_into(points, strengths, sorted);
+    }
+
+    /// The same as [`Nufft::spread`], of points that are sorted already.
+    pub(crate) fn spread_sorted(&self, parts: &[SortedPoints], grid: &mut [f64]) {
+        self.tiles.spread_sorted(parts, grid);
+    }
+
+    /// The second part of [`Nufft::type1`]: adds the sums over what was spread to `out`.
+    pub(crate) fn collect(&self, grid: &[f64], out: &mut Array2<Complex64>) {
         assert_eq!(out.shape(), self.shape(), "an output of the planned shape");
-        let grid = self.tiles.spread(points, strengths);
-        let fine = self.tiles.fold(&grid);
+        let fine = self.tiles.fold(grid);
         // Along x on every grid row, keeping only the modes, then along y on what is left.
         let mut middle = Array2::zeros([self.y.length, self.x.factors.len()]);
         transform_rows(fine.view(), middle.view_mut(), |a, b, s| {

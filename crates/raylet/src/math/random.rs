@@ -4,6 +4,11 @@
 //! numbers. The function is Philox4x32-10 (Salmon, Moraes, Dror and Shaw, "Parallel random numbers: as
 //! easy as 1, 2, 3", SC 2011): ten rounds of multiplication that scramble a counter under a key.
 
+use fearless_simd::{Simd, dispatch};
+
+use crate::math::lanes::LANES;
+use crate::math::simd_level::level;
+
 /// What random numbers are drawn for: the last word of their address, so that no two steps draw the same numbers.
 ///
 /// For drawn beamlets it is the first word, and each iteration has its own seed.
@@ -70,16 +75,62 @@ pub fn uniform(seed: u64, address: [u32; 4]) -> f64 {
     pair(seed, address)[0]
 }
 
+/// The numbers of [`pair`] at this address and those that follow along `sample`, one after another.
+pub fn uniforms(seed: u64, address: [u32; 4], numbers: &mut [f64]) {
+    dispatch!(level(), simd => uniforms_in(simd, seed, address, numbers));
+}
+
+/// Eight addresses at once, one in each lane.
+#[inline(always)]
+fn uniforms_in<S: Simd>(_: S, seed: u64, address: [u32; 4], numbers: &mut [f64]) {
+    let [screen, patch, first, purpose] = address;
+    for (group, numbers) in numbers.chunks_mut(2 * LANES).enumerate() {
+        let begin = first.wrapping_add((group * LANES) as u32);
+        let eight = pairs(seed, [screen, patch, begin, purpose]);
+        numbers.copy_from_slice(&eight.as_flattened()[..numbers.len()]);
+    }
+}
+
+/// The pairs of eight addresses that follow each other along `sample`, by the rounds of [`philox`].
+#[inline(always)]
+fn pairs(seed: u64, [screen, patch, first, purpose]: [u32; 4]) -> [[f64; 2]; LANES] {
+    const LOW: u64 = u32::MAX as u64;
+    let mut key = [seed as u32, (seed >> 32) as u32];
+    let [mut a, mut b, mut d] = [screen, patch, purpose].map(|word| [u64::from(word); LANES]);
+    let mut c: [u64; LANES] = std::array::from_fn(|i| u64::from(first.wrapping_add(i as u32)));
+    for _ in 0..10 {
+        let keys = key.map(u64::from);
+        for i in 0..LANES {
+            let one = (a[i] & LOW) * 0xD251_1F53;
+            let two = (c[i] & LOW) * 0xCD9E_8D57;
+            (a[i], c[i]) = ((two >> 32) ^ b[i] ^ keys[0], (one >> 32) ^ d[i] ^ keys[1]);
+            (b[i], d[i]) = (two & LOW, one & LOW);
+        }
+        key[0] = key[0].wrapping_add(0x9E37_79B9);
+        key[1] = key[1].wrapping_add(0xBB67_AE85);
+    }
+    let mut pairs = [[0.0; 2]; LANES];
+    for i in 0..LANES {
+        pairs[i] = [fraction(b[i] << 32 | a[i]), fraction(d[i] << 32 | c[i])];
+    }
+    pairs
+}
+
 /// The upper 53 of 64 bits as a fraction.
 #[inline]
 fn unit(low: u32, high: u32) -> f64 {
-    let bits = u64::from(high) << 32 | u64::from(low);
+    fraction(u64::from(high) << 32 | u64::from(low))
+}
+
+/// The same of one word.
+#[inline(always)]
+fn fraction(bits: u64) -> f64 {
     (bits >> 11) as f64 * (0.5_f64).powi(53)
 }
 
 #[cfg(test)]
 mod tests {
-    use crate::math::random::{pair, philox, uniform};
+    use crate::math::random::{pair, philox, uniform, uniforms};
 
     #[test]
     fn known_answers_of_random123() {
@@ -99,6 +150,21 @@ mod tests {
             ),
             [0xd16cfe09, 0x94fdcceb, 0x5001e420, 0x24126ea1]
         );
+    }
+
+    #[test]
+    fn lists_are_those_of_single_addresses() {
+        for (count, first) in [(0, 0), (1, 3), (16, u32::MAX - 4), (37, 1_000)] {
+            let mut numbers = vec![0.0; count];
+            uniforms(u64::MAX - 77, [3, u32::MAX, first, 4], &mut numbers);
+            for (i, number) in numbers.iter().enumerate() {
+                let sample = first.wrapping_add(i as u32 / 2);
+                assert_eq!(
+                    *number,
+                    pair(u64::MAX - 77, [3, u32::MAX, sample, 4])[i % 2]
+                );
+            }
+        }
     }
 
     #[test]

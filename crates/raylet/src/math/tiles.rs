@@ -24,11 +24,22 @@ const BATCH: usize = 16;
 type Buffer = [[[f64; REACH]; 2]; REACH];
 
 /// A point in grid steps, each coordinate from 0 to the grid's size, with what belongs to it.
-#[derive(Clone, Copy, Default)]
+#[derive(Clone, Copy, Debug, Default)]
 struct Placed<T> {
     x: f64,
     y: f64,
     value: T,
+}
+
+/// Points with strengths, in the order of their tiles, and where the points of each tile end.
+type Part<'a> = (&'a [Placed<Complex64>], &'a [u32]);
+
+/// Points with strengths in the order of their tiles, with the memory to sort others.
+#[derive(Debug, Default)]
+pub(crate) struct SortedPoints {
+    placed: Vec<Placed<Complex64>>,
+    ends: Vec<u32>,
+    keys: Vec<u32>,
 }
 
 /// The points of one chunk, in the order of their tiles.
@@ -79,14 +90,18 @@ impl Tiles {
         self.count[0] * TILE + LANES
     }
 
-    /// The grid with margins of Σᵢ strengthᵢ·φ(x − xᵢ)·φ(y − yᵢ), points (x, y) in radians of the period.
-    pub(crate) fn spread(&self, points: &[[f64; 2]], strengths: &[Complex64]) -> Vec<f64> {
+    /// A grid with margins of zeros.
+    pub(crate) fn blank(&self) -> Vec<f64> {
+        vec![0.0; self.rows() * self.row()]
+    }
+
+    /// Adds Σᵢ strengthᵢ·φ(x − xᵢ)·φ(y − yᵢ) to a grid with margins, points (x, y) in radians of the period.
+    pub(crate) fn spread(&self, points: &[[f64; 2]], strengths: &[Complex64], grid: &mut [f64]) {
         let (chunk, tiles) = (self.chunk(), self.count[0] * self.count[1]);
         let room = points.len().min(BATCH * chunk);
         let mut placed = vec![Placed::default(); room];
         let mut keys = vec![0; room];
         let mut ends = vec![0; tiles * room.div_ceil(chunk)];
-        let mut grid = vec![0.0; self.rows() * self.row()];
         for (points, strengths) in points
             .chunks(BATCH * chunk)
             .zip(strengths.chunks(BATCH * chunk))
@@ -99,21 +114,45 @@ impl Tiles {
                 let placed = &mut placed[..points.len()];
                 self.sort(points, |i| strengths[i], Sorted { placed, ends, keys });
             });
-
-            // Spread even rows of tiles, then odd ones, each with the rows that it touches to itself.
             let sorted: Vec<_> = placed.chunks(chunk).zip(ends.chunks(tiles)).collect();
-            let sorted = &sorted[..points.len().div_ceil(chunk)];
-            for parity in 0..2 {
-                let strips = grid[parity * TILE * self.row()..].par_chunks_mut(REACH * self.row());
-                strips.enumerate().for_each(|(i, strip)| {
-                    let tile_row = 2 * i + parity;
-                    if tile_row < self.count[0] {
-                        self.spread_strip(sorted, tile_row, strip);
-                    }
-                });
-            }
+            self.spread_parts(&sorted[..points.len().div_ceil(chunk)], grid);
         }
-        grid
+    }
+
+    /// Puts points and strengths in the order of their tiles, in place of what `sorted` holds.
+    pub(crate) fn sort_into(
+        &self,
+        points: &[[f64; 2]],
+        strengths: &[Complex64],
+        sorted: &mut SortedPoints,
+    ) {
+        let SortedPoints { placed, ends, keys } = sorted;
+        placed.resize(points.len(), Placed::default());
+        keys.resize(points.len(), 0);
+        ends.resize(self.count[0] * self.count[1], 0);
+        self.sort(points, |i| strengths[i], Sorted { placed, ends, keys });
+    }
+
+    /// [`Tiles::spread`] of points that are sorted already.
+    pub(crate) fn spread_sorted(&self, parts: &[SortedPoints], grid: &mut [f64]) {
+        let sorted: Vec<_> = parts
+            .iter()
+            .map(|part| (part.placed.as_slice(), part.ends.as_slice()))
+            .collect();
+        self.spread_parts(&sorted, grid);
+    }
+
+    /// Spreads even rows of tiles, then odd ones, each with the rows that it touches to itself.
+    fn spread_parts(&self, sorted: &[Part], grid: &mut [f64]) {
+        for parity in 0..2 {
+            let strips = grid[parity * TILE * self.row()..].par_chunks_mut(REACH * self.row());
+            strips.enumerate().for_each(|(i, strip)| {
+                let tile_row = 2 * i + parity;
+                if tile_row < self.count[0] {
+                    self.spread_strip(sorted, tile_row, strip);
+                }
+            });
+        }
     }
 
     /// Sorts points by tile (counting sort), each with its `value(i)`.
@@ -127,51 +166,35 @@ impl Tiles {
     }
 
     /// Adds the points of one row of tiles to the grid rows that they touch.
-    fn spread_strip(
-        &self,
-        sorted: &[(&[Placed<Complex64>], &[u32])],
-        tile_row: usize,
-        strip: &mut [f64],
-    ) {
-        let (level, tiles) = (self.level, self.count[1]);
-        for column in 0..tiles {
-            let pieces = sorted
-                .iter()
-                .map(|(placed, ends)| piece(placed, ends, tile_row * tiles + column));
-            if pieces.clone().all(|piece| piece.is_empty()) {
-                continue;
-            }
-            let mut buffer = [[[0.0; REACH]; 2]; REACH];
-            for piece in pieces {
-                let (kernel, buffer) = (&self.kernel, &mut buffer);
-                match kernel.width {
-                    0..=4 => dispatch!(level, simd => {
-                        spread_piece::<_, f64x4<_>, 1>(simd, kernel, piece, buffer)
-                    }),
-                    5..=8 => dispatch!(level, simd => {
-                        spread_piece::<_, f64x8<_>, 1>(simd, kernel, piece, buffer)
-                    }),
-                    9..=12 => dispatch!(level, simd => {
-                        spread_piece::<_, f64x4<_>, 3>(simd, kernel, piece, buffer)
-                    }),
-                    _ => dispatch!(level, simd => {
-                        spread_piece::<_, f64x8<_>, 2>(simd, kernel, piece, buffer)
-                    }),
-                }
-            }
-            self.add_buffer(&buffer, column, strip);
+    fn spread_strip(&self, sorted: &[Part], tile_row: usize, strip: &mut [f64]) {
+        match self.kernel.width {
+            0..=4 => dispatch!(self.level, simd => {
+                spread_strip_in::<_, f64x4<_>, 1>(simd, self, sorted, tile_row, strip)
+            }),
+            5..=8 => dispatch!(self.level, simd => {
+                spread_strip_in::<_, f64x8<_>, 1>(simd, self, sorted, tile_row, strip)
+            }),
+            9..=12 => dispatch!(self.level, simd => {
+                spread_strip_in::<_, f64x4<_>, 3>(simd, self, sorted, tile_row, strip)
+            }),
+            _ => dispatch!(self.level, simd => {
+                spread_strip_in::<_, f64x8<_>, 2>(simd, self, sorted, tile_row, strip)
+            }),
         }
     }
 
-    /// Adds a tile's buffer to the grid rows it belongs to.
-    fn add_buffer(&self, buffer: &Buffer, column: usize, strip: &mut [f64]) {
+    /// Moves what a tile's buffer holds to the grid rows it belongs to.
+    #[inline(always)]
+    fn empty_buffer(&self, buffer: &mut Buffer, column: usize, strip: &mut [f64]) {
         let touched = TILE + self.kernel.width - 1;
-        for (row, parts) in strip.chunks_exact_mut(self.row()).zip(&buffer[..touched]) {
+        let rows = strip.chunks_exact_mut(self.row());
+        for (row, parts) in rows.zip(&mut buffer[..touched]) {
             for (row, part) in row.chunks_exact_mut(self.stride).zip(parts) {
-                let row = &mut row[column * TILE..][..touched];
+                let row = &mut row[column * TILE..][..REACH];
                 row.iter_mut()
-                    .zip(part)
+                    .zip(part.iter())
                     .for_each(|(row, part)| *row += part);
+                part.fill(0.0);
             }
         }
     }
@@ -181,14 +204,14 @@ impl Tiles {
         let [ny, nx] = self.shape;
         let mut folded = Array2::zeros(self.shape);
         let rows: Vec<_> = folded.axis_iter_mut(Axis(0)).collect();
-        rows.into_par_iter().enumerate().for_each(|(y, mut out)| {
+        rows.into_par_iter().enumerate().for_each(|(y, out)| {
+            let Some(out) = out.into_slice() else {
+                return;
+            };
             for row in grid.chunks_exact(self.row()).skip(y).step_by(ny) {
                 let (re, im) = row.split_at(self.stride);
                 for (re, im) in re.chunks(nx).zip(im.chunks(nx)) {
-                    let parts = re.iter().zip(im);
-                    out.iter_mut()
-                        .zip(parts)
-                        .for_each(|(out, (&re, &im))| *out += Complex64::new(re, im));
+                    dispatch!(self.level, simd => add_complex(simd, [re, im], out));
                 }
             }
         });
@@ -290,6 +313,14 @@ fn steps(angle: f64, period: f64) -> f64 {
     if steps < period { steps } else { 0.0 }
 }
 
+/// The tile along an axis in which a point is, without a conversion that would leave the vectors of the processor: the low
+/// bits of a whole number plus 2⁵² are that number.
+#[inline(always)]
+fn tile_of(steps: f64) -> u32 {
+    let tile = (steps * (1.0 / TILE as f64)).floor();
+    (tile + 4_503_599_627_370_496.0).to_bits() as u32
+}
+
 /// Counting sort: tile of each point, number of points in each tile, then each point to its place.
 #[inline(always)]
 fn sort_in<S: Simd, T: Copy>(
@@ -300,9 +331,9 @@ fn sort_in<S: Simd, T: Copy>(
     sorted: Sorted<'_, T>,
 ) {
     let [height, width] = tiles.shape.map(|points| points as f64);
-    let (columns, tile) = (tiles.count[1] as u32, TILE as u32);
+    let columns = tiles.count[1] as u32;
     for (key, &[u, v]) in sorted.keys.iter_mut().zip(points) {
-        *key = steps(v, height) as u32 / tile * columns + steps(u, width) as u32 / tile;
+        *key = tile_of(steps(v, height)) * columns + tile_of(steps(u, width));
     }
     let keys = &sorted.keys[..points.len()];
     sorted.ends.fill(0);
@@ -345,6 +376,37 @@ fn taps<S: Simd, V: SimdFloat<S, Element = f64>, const N: usize>(
         along_y[n].store_slice(&mut weights[n * V::LEN..][..V::LEN]);
     }
     (along_x, weights)
+}
+
+/// Adds real and imaginary parts to complex numbers.
+#[inline(always)]
+fn add_complex<S: Simd>(_: S, [re, im]: [&[f64]; 2], sums: &mut [Complex64]) {
+    for (sum, (re, im)) in sums.iter_mut().zip(re.iter().zip(im)) {
+        *sum += Complex64::new(*re, *im);
+    }
+}
+
+/// Adds the points of one row of tiles to the grid rows that they touch.
+#[inline(always)]
+fn spread_strip_in<S: Simd, V: SimdFloat<S, Element = f64>, const N: usize>(
+    simd: S,
+    tiles: &Tiles,
+    sorted: &[Part],
+    tile_row: usize,
+    strip: &mut [f64],
+) {
+    let mut buffer = [[[0.0; REACH]; 2]; REACH];
+    for column in 0..tiles.count[1] {
+        let mut points = 0;
+        for (placed, ends) in sorted {
+            let piece = piece(placed, ends, tile_row * tiles.count[1] + column);
+            points += piece.len();
+            spread_piece::<S, V, N>(simd, &tiles.kernel, piece, &mut buffer);
+        }
+        if points > 0 {
+            tiles.empty_buffer(&mut buffer, column, strip);
+        }
+    }
 }
 
 /// Adds points of one tile to its buffer.

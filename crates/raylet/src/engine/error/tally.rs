@@ -129,8 +129,14 @@ impl Tally {
     /// Counts one ray with its energy.
     #[inline]
     pub(crate) fn count(&mut self, fate: Fate, energy: f64) {
+        self.count_many(fate, 1, energy);
+    }
+
+    /// Counts rays with their energy together.
+    #[inline]
+    pub(crate) fn count_many(&mut self, fate: Fate, rays: u64, energy: f64) {
         let place = fate.place();
-        self.rays[place] += 1;
+        self.rays[place] += rays;
         self.energy[place] += energy;
     }
 

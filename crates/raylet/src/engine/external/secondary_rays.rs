@@ -127,7 +127,8 @@ impl Drawing {
                     .collect();
                 draw(sizes, &numbers)
                     .into_iter()
-                    .map(|(index, drawn)| chosen(index, f64::from(drawn) * each / sizes[index]))
+                    .map(|(index, drawn)| (index as usize, f64::from(drawn)))
+                    .map(|(index, drawn)| chosen(index, drawn * each / sizes[index]))
                     .collect()
             }
             Sampler::Systematic => {

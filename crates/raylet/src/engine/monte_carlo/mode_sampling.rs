@@ -80,6 +80,7 @@ impl PatchDraws {
             }
             Drawing::Multinomial => {
                 for (index, count) in draw(&size, &self.numbers()) {
+                    let index = index as usize;
                     give(index, f64::from(count) * total / (each * size[index]));
                 }
             }

@@ -7,45 +7,47 @@
 //! a prefactor there, which this method does not have.
 
 use std::ops::Range;
+use std::sync::{Mutex, MutexGuard, PoisonError};
 
 use ndarray::{Array2, Axis};
 use num_complex::Complex64;
 use rayon::prelude::*;
 
-use crate::engine::error::tally::{Fate, Tally};
+use crate::engine::error::tally::Tally;
+use crate::engine::monte_carlo::batch_spread::BatchSpread;
+use crate::engine::monte_carlo::drawn_rays::{DrawnRays, magnitudes};
 use crate::engine::monte_carlo::paper_plan::{DrawAddress, PaperPlan};
 use crate::engine::monte_carlo::tangent_patch::TangentPatch;
 use crate::engine::plan::settings::{Density, Sag, Sampler};
 use crate::engine::progress::{Cancelled, ShareDone};
-use crate::engine::ray_block::hop_rays::{HopRays, LandingColumns};
-use crate::math::draw::{draw, inclusion, systematic};
+use crate::engine::ray_block::hop_rays::HopRays;
+use crate::math::draw::{draw_into, inclusion, systematic};
 use crate::math::hilbert::hilbert_order;
-use crate::math::lanes::phasors;
-use crate::math::random::{Purpose, pair, uniform};
+use crate::math::nufft::SortedPoints;
+use crate::math::random::{Purpose, uniform, uniforms};
 use crate::optics::system::Hop;
-use crate::wave::beamlet::plane::{PlaneSum, PlaneWave};
+use crate::wave::beamlet::plane::PlaneSum;
 use crate::wave::grid::field::Field;
 use crate::wave::grid::heights::Heights;
-use crate::wave::patches::tile::{TileCutter, TileWindow};
+use crate::wave::patches::tile::{CutScratch, TileCutter, TileWindow};
 
-/// Rays of a chunk: the unit of the sum.
-const CHUNK: usize = 1 << 19;
+/// Rays of a chunk: the unit of the sum, small enough for the cache.
+const CHUNK: usize = 1 << 17;
 
-/// Rays of a chunk at most, however large the receiving screen: they take some 100 bytes each.
+/// Rays of a chunk at most, however large the receiving screen.
 const LARGEST_CHUNK: usize = 1 << 22;
+
+/// Rays that are sorted together: enough for each tile of the sum to get some.
+const GROUP: usize = 1 << 13;
+
+/// Groups of a chunk at least, where that is possible, for the threads to share.
+const GROUPS: usize = 16;
 
 /// Sums of windows below this count as no patch.
 const DARK: f64 = 1e-9;
 
 /// Batches whose differences give the standard error.
 const BATCHES: usize = 16;
-
-/// A drawn mode: its indices, its amplitude over the number of draws, and its share of the energy.
-struct Drawn {
-    mode: [usize; 2],
-    amplitude: Complex64,
-    energy: f64,
-}
 
 /// A hop by drawn rays, with its plan.
 pub struct PaperRun<'a> {
@@ -58,8 +60,10 @@ pub struct PaperRun<'a> {
     cutter: TileCutter,
     /// Modes along Hilbert's curve.
     order: Vec<usize>,
-    /// Which modes propagate from a plane screen, where it is the same everywhere.
-    propagates: Option<Vec<bool>>,
+    /// Which modes do not propagate from a plane screen, where it is the same everywhere.
+    barred: Option<Vec<usize>>,
+    /// The hop made ready for rays, where it is the same for all patches.
+    rays: Option<HopRays<'a>>,
     share: f64,
 }
 
@@ -113,49 +117,17 @@ fn lay(coverage: &mut Array2<f64>, cutter: &TileCutter, at: [f64; 2]) {
     }
 }
 
-/// Which modes of a patch propagate, row by row.
-fn propagating(plan: &PaperPlan, tangent_patch: &TangentPatch) -> Vec<bool> {
+/// Which modes of a patch do not propagate, row by row.
+fn barred_modes(plan: &PaperPlan, tangent_patch: &TangentPatch) -> Vec<usize> {
     let [bx, by] = &plan.bands;
-    let row = |my: usize| {
-        (0..bx.count).map(move |mx| tangent_patch.cosines([bx.at(mx), by.at(my)]).is_some())
+    let columns = bx.count.max(1);
+    let propagates = |index: &usize| {
+        let rates = [bx.at(index % columns), by.at(index / columns)];
+        tangent_patch.cosines(rates).is_some()
     };
-    (0..by.count).flat_map(row).collect()
-}
-
-/// Sums over equal, independent batches.
-#[derive(Default)]
-struct Spread {
-    count: usize,
-    /// Σ|f|² of the batches f, and |F|² of their sum, at each sample.
-    sums: Option<[Array2<f64>; 2]>,
-}
-
-impl Spread {
-    /// Takes note of one batch, given what was summed before and after it.
-    fn add(&mut self, before: &Array2<Complex64>, after: &Array2<Complex64>) {
-        self.count += 1;
-        let zeros = || [0; 2].map(|_| Array2::zeros(after.raw_dim()));
-        let [squares, total] = self.sums.get_or_insert_with(zeros);
-        ndarray::Zip::from(squares)
-            .and(total)
-            .and(before)
-            .and(after)
-            .for_each(|square, total, b, a| {
-                *square += (a - b).norm_sqr();
-                *total = a.norm_sqr();
-            });
-    }
-
-    /// Variance of the field at each sample, and Σ|U|², of the sum over `batches` of them: Σ|f − F/B|² over
-    /// B batches f of sum F has the mean (B − 1)·var(f).
-    fn finish(self, batches: f64) -> Option<(Array2<f64>, f64)> {
-        let count = self.count as f64;
-        let [squares, total] = self.sums.filter(|_| count > 1.0)?;
-        let size = batches / count;
-        let square = total.sum() * size * size;
-        let each = (squares - total / count) / (count - 1.0);
-        Some((each * batches, square))
-    }
+    (0..bx.count * by.count)
+        .filter(|index| !propagates(index))
+        .collect()
 }
 
 impl<'a> PaperRun<'a> {
@@ -175,9 +147,10 @@ impl<'a> PaperRun<'a> {
             heights: (!hop.from.is_plane()).then(|| Heights::on(hop.from, &field.grid)),
             cutter,
             order,
-            propagates: TangentPatch::new(hop.from, [0.0; 2], plan.along)
+            barred: TangentPatch::new(hop.from, [0.0; 2], plan.along)
                 .filter(|_| hop.from.is_plane())
-                .map(|tangent_patch| propagating(plan, &tangent_patch)),
+                .map(|tangent_patch| barred_modes(plan, &tangent_patch)),
+            rays: hop.from.is_plane().then(|| HopRays::new(&hop)),
             share: plan.share(),
         };
         if plan.coverage {
@@ -194,20 +167,19 @@ impl<'a> PaperRun<'a> {
     /// When `progress` cancels the work.
     pub fn carry(&self, to: &mut PlaneSum, progress: &ShareDone) -> Result<Tally, Cancelled> {
         let plan = self.plan;
-        let most = CHUNK.max(to.samples()).min(LARGEST_CHUNK);
-        let chunk = (most / plan.rays_each().max(1)).max(1);
-        let mut tally = Tally::default();
-        let mut spread = Spread::default();
+        let mut memory = Memory::default();
+        let mut spread = BatchSpread::default();
         let size = match plan.is_independent() && plan.positions > 1 {
             true => plan.positions.div_ceil(BATCHES),
             false => plan.positions.max(1),
         };
+        let [chunk, group] = self.steps(size, to.samples());
         for start in (0..plan.positions).step_by(size) {
             let end = plan.positions.min(start + size);
             let before = (size < plan.positions).then(|| to.values().clone());
             for first in (start..end).step_by(chunk) {
                 let last = end.min(first + chunk);
-                self.add(first..last, to, &mut tally);
+                self.add(first..last, group, to, &mut memory);
                 Cancelled::check(progress(last as f64 / plan.positions as f64))?;
             }
             // Batches of one size are compared; a shorter last one is left out.
@@ -217,11 +189,21 @@ impl<'a> PaperRun<'a> {
                 spread.add(&before, to.values());
             }
         }
+        let mut tally = memory.tally;
         if let Some((variance, square)) = spread.finish(plan.positions as f64 / size as f64) {
             tally.sampling = Some([variance.sum(), square]);
             tally.noise = Some(variance.mapv(|v| v.max(0.0).sqrt()));
         }
         Ok(tally)
+    }
+
+    /// Patches of a chunk, and of a group of it, in batches of this size on a screen of so many samples.
+    fn steps(&self, batch: usize, samples: usize) -> [usize; 2] {
+        let each = self.plan.rays_each().max(1);
+        let most = CHUNK.max(samples).min(LARGEST_CHUNK);
+        let chunk = (most / each).max((LARGEST_CHUNK / each).min(GROUPS)).max(1);
+        let group = (samples / 16).clamp(GROUP, 4 * GROUP) / each;
+        [chunk, group.clamp(1, chunk.min(batch).div_ceil(GROUPS))]
     }
 
     /// Divides the field by the sum of the windows over each node; what none covers stays dark.
@@ -239,157 +221,149 @@ impl<'a> PaperRun<'a> {
         self.share = 1.0;
     }
 
-    /// Adds what a range of patches brings.
-    fn add(&self, patches: std::ops::Range<usize>, to: &mut PlaneSum, tally: &mut Tally) {
-        let parts: Vec<(Vec<PlaneWave>, Tally)> = patches
-            .into_par_iter()
-            .map(|patch| self.spread(patch as u32, to))
-            .collect();
-        let mut waves = Vec::with_capacity(parts.iter().map(|(part, _)| part.len()).sum());
-        for (part, counts) in parts {
-            waves.extend(part);
-            tally.merge(&counts);
+    /// Adds what a range of patches brings, `group` of which are sorted together.
+    fn add(&self, patches: Range<usize>, group: usize, to: &mut PlaneSum, memory: &mut Memory) {
+        let Memory {
+            spare,
+            sorted,
+            tally,
+        } = memory;
+        let groups = patches.len().div_ceil(group);
+        if sorted.len() < groups {
+            sorted.resize_with(groups, SortedPoints::default);
         }
-        to.add(&waves);
+        let (spare, shared, sorted) = (&*spare, &*to, &mut sorted[..groups]);
+        let tallies: Vec<Tally> = sorted
+            .par_iter_mut()
+            .enumerate()
+            .map(|(number, sorted)| {
+                let mut rays = taken(spare).pop().unwrap_or_default();
+                let first = patches.start + number * group;
+                let found = self.bring(first..patches.end.min(first + group), &mut rays, shared);
+                rays.sort(shared, sorted);
+                taken(spare).push(rays);
+                found
+            })
+            .collect();
+        to.add_sorted(sorted);
+        tallies.iter().for_each(|found| tally.merge(found));
     }
 
-    /// The plane waves of one patch.
-    fn spread(&self, patch: u32, to: &PlaneSum) -> (Vec<PlaneWave>, Tally) {
+    /// Draws and traces the rays of some patches.
+    fn bring(&self, patches: Range<usize>, rays: &mut DrawnRays, to: &PlaneSum) -> Tally {
+        rays.restart();
+        for patch in patches {
+            self.trace(patch as u32, rays);
+        }
         let mut tally = Tally::default();
-        let mut waves = Vec::new();
+        rays.drop_lost(&mut tally);
+        rays.count(to, &mut tally);
+        if self.plan.obliquity {
+            rays.weaken(self.hop.to.index);
+        }
+        tally
+    }
+
+    /// The rays of one patch.
+    fn trace(&self, patch: u32, rays: &mut DrawnRays) {
         let at = self.plan.place(patch, self.address);
         let Some(tangent_patch) = TangentPatch::new(self.hop.from, at, self.plan.along) else {
-            return (waves, tally);
+            return;
         };
+        self.cut(&tangent_patch, &mut rays.cut);
+        match &self.barred {
+            Some(barred) => self.weigh(barred, rays),
+            None => self.weigh(&barred_modes(self.plan, &tangent_patch), rays),
+        }
+        self.draw(patch, rays);
+        let (hop, start) = tangent_patch.start(&self.hop);
+        rays.start(&self.plan.bands, start, self.share, |rates| {
+            tangent_patch.on_plane(rates)
+        });
+        match &self.rays {
+            Some(hop) => rays.follow(hop),
+            None => rays.follow(&HopRays::new(&hop)),
+        }
+    }
+
+    /// The modes of one patch.
+    fn cut(&self, tangent_patch: &TangentPatch, cut: &mut CutScratch) {
         let (k, bands) = (self.hop.wavenumber(), &self.plan.bands);
-        let spectrum = match &self.heights {
-            None => tangent_patch.cut_plane(&self.cutter, &self.field),
+        let (cutter, field) = (&self.cutter, &self.field);
+        match &self.heights {
+            None => tangent_patch.cut_plane(cutter, field, cut),
             Some(heights) => match self.plan.sag {
-                Sag::True => tangent_patch.cut_true(&self.cutter, &self.field, heights, bands, k),
-                Sag::Incident => tangent_patch.cut_incident(&self.cutter, &self.field),
+                Sag::True => tangent_patch.cut_true(cutter, (field, heights), (bands, k), cut),
+                Sag::Incident => tangent_patch.cut_incident(cutter, field, cut),
                 Sag::Tangent => {
                     let light = [self.plan.along, k];
-                    tangent_patch.cut_tangent(&self.cutter, &self.field, heights, light)
+                    tangent_patch.cut_tangent(cutter, (field, heights), light, cut);
                 }
             },
-        };
-        let (hop, start) = tangent_patch.start(&self.hop);
-        let drawn = self.draw(&spectrum, &tangent_patch, patch);
-        let starts: Vec<[f64; 4]> = drawn
-            .iter()
-            .map(|drawn| [bands[0].at(drawn.mode[1]), bands[1].at(drawn.mode[0])])
-            .map(|rates| tangent_patch.cosines(rates).unwrap_or(rates))
-            .map(|[p, q]| [start[0], start[1], p, q])
-            .collect();
-        let mut landings = LandingColumns::default();
-        HopRays::new(&hop).trace_into(&starts, &mut landings);
-        let phases = self.phases(&landings.path);
-        for (i, (drawn, phase)) in drawn.iter().zip(phases).enumerate() {
-            let fate = match landings.lost[i] {
-                None => {
-                    let wave = self.wave(&landings, i, phase * (drawn.amplitude * self.share));
-                    waves.push(wave);
-                    if to.contains(wave.at) {
-                        Fate::Arrived
-                    } else {
-                        Fate::Outside
-                    }
-                }
-                Some(loss) => Fate::Lost(loss),
-            };
-            tally.count(fate, drawn.energy);
         }
-        (waves, tally)
     }
 
-    /// exp(ik·path) of rays; those of lost rays are not used.
-    fn phases(&self, paths: &[f64]) -> Vec<Complex64> {
-        let turns: Vec<f64> = paths
-            .iter()
-            .map(|path| path / self.hop.wavelength)
-            .collect();
-        let mut phases = vec![Complex64::ZERO; turns.len()];
-        phasors(&turns, &mut phases);
-        phases
+    /// The weight of each mode; those that do not propagate are not drawn.
+    fn weigh(&self, barred: &[usize], rays: &mut DrawnRays) {
+        let DrawnRays { cut, weights, .. } = rays;
+        weights.resize(cut.modes.len(), 0.0);
+        match self.plan.density {
+            Density::Amplitude => magnitudes(&cut.modes, weights),
+            Density::Uniform => weights.fill(1.0),
+        }
+        barred.iter().for_each(|index| weights[*index] = 0.0);
     }
 
-    /// Draws modes that propagate; equal draws become one ray.
-    fn draw(
-        &self,
-        spectrum: &Array2<Complex64>,
-        tangent_patch: &TangentPatch,
-        patch: u32,
-    ) -> Vec<Drawn> {
-        let own = match &self.propagates {
-            Some(_) => Vec::new(),
-            None => propagating(self.plan, tangent_patch),
-        };
-        let weight = |(c, propagates): (&Complex64, &bool)| match self.plan.density {
-            _ if !propagates => 0.0,
-            Density::Amplitude => c.norm_sqr().sqrt(),
-            Density::Uniform => 1.0,
-        };
-        let propagates = self.propagates.as_ref().unwrap_or(&own);
-        let weights: Vec<f64> = spectrum.iter().zip(propagates).map(weight).collect();
-        // A mode's amplitude is c over the number of times that it is expected, for each time drawn.
-        let columns = self.plan.bands[0].count;
-        let drawn = |index: usize, times: f64| {
-            let mode = [index / columns, index % columns];
-            let c = spectrum[mode];
-            Drawn {
-                mode,
-                amplitude: c * times,
-                energy: c.norm_sqr() * times,
-            }
-        };
+    /// Draws modes; equal draws become one ray. A mode's amplitude is c over the number of times that it is expected, for
+    /// each time drawn.
+    fn draw(&self, patch: u32, rays: &mut DrawnRays) {
+        let DrawnRays {
+            weights,
+            drawn,
+            numbers,
+            draws,
+            counts,
+            ..
+        } = rays;
         let DrawAddress { seed, hop } = self.address;
+        let address = [hop, patch, 0, Purpose::PatchMode as u32];
+        drawn.clear();
         match self.plan.sampler {
-            Sampler::All => (0..weights.len())
-                .filter(|index| weights[*index] > 0.0)
-                .map(|index| drawn(index, 1.0))
-                .collect(),
+            Sampler::All => {
+                let kept = (0..weights.len()).filter(|index| weights[*index] > 0.0);
+                drawn.extend(kept.map(|index| (index as u32, 1.0)));
+            }
             Sampler::Systematic => {
-                let expected = inclusion(&weights, self.plan.secondary);
-                let offset = uniform(seed, [hop, patch, 0, Purpose::PatchMode as u32]);
-                systematic(&expected, &self.order, offset)
-                    .into_iter()
-                    .map(|index| drawn(index, 1.0 / expected[index]))
-                    .collect()
+                let expected = inclusion(weights, self.plan.secondary);
+                let found = systematic(&expected, &self.order, uniform(seed, address));
+                let found = found.into_iter();
+                drawn.extend(found.map(|index| (index as u32, 1.0 / expected[index])));
             }
             Sampler::Multinomial => {
-                let each = weights.iter().sum::<f64>() / self.plan.secondary as f64;
-                draw(&weights, &self.numbers(patch))
-                    .into_iter()
-                    .map(|(index, count)| drawn(index, f64::from(count) * each / weights[index]))
-                    .collect()
+                numbers.resize(self.plan.secondary, 0.0);
+                uniforms(seed, address, numbers);
+                let total = draw_into(weights, numbers, draws, counts);
+                let each = total / self.plan.secondary as f64;
+                let times = |(index, count): &(u32, u32)| {
+                    f64::from(*count) * each / weights[*index as usize]
+                };
+                drawn.extend(counts.iter().map(|drawn| (drawn.0, times(drawn))));
             }
         }
     }
+}
 
-    /// The random numbers of a patch, one for each draw.
-    fn numbers(&self, patch: u32) -> Vec<f64> {
-        let DrawAddress { seed, hop } = self.address;
-        (0..self.plan.secondary.div_ceil(2) as u32)
-            .flat_map(|sample| pair(seed, [hop, patch, sample, Purpose::PatchMode as u32]))
-            .take(self.plan.secondary)
-            .collect()
-    }
+/// What is kept from one chunk of patches to the next.
+#[derive(Default)]
+struct Memory {
+    /// Rays that no thread works on.
+    spare: Mutex<Vec<DrawnRays>>,
+    /// The plane waves of each group of patches.
+    sorted: Vec<SortedPoints>,
+    tally: Tally,
+}
 
-    /// What a ray of this amplitude brings to the receiving screen, wherever it lands.
-    fn wave(&self, landings: &LandingColumns, ray: usize, amplitude: Complex64) -> PlaneWave {
-        let [at, cosines] =
-            [&landings.at, &landings.cosines].map(|columns| [columns[0][ray], columns[1][ray]]);
-        let [px, py] = cosines;
-        let n = self.hop.to.index;
-        let size = if self.plan.obliquity {
-            (1.0 - (px * px + py * py) / (n * n)).max(0.0).sqrt()
-        } else {
-            1.0
-        };
-        PlaneWave {
-            at,
-            cosines,
-            amplitude: size * amplitude,
-        }
-    }
+/// What is behind a lock.
+fn taken<T>(lock: &Mutex<T>) -> MutexGuard<'_, T> {
+    lock.lock().unwrap_or_else(PoisonError::into_inner)
 }

@@ -15,7 +15,7 @@ use crate::optics::system::Hop;
 use crate::wave::grid::field::Field;
 use crate::wave::grid::heights::{Heights, Stack};
 use crate::wave::patches::patch::Band;
-use crate::wave::patches::tile::TileCutter;
+use crate::wave::patches::tile::{CutScratch, TileCutter};
 
 /// A place on a screen where a patch stands.
 pub(crate) struct TangentPatch {
@@ -83,10 +83,16 @@ impl TangentPatch {
     /// not propagate.
     #[inline]
     pub(crate) fn cosines(&self, rates: [f64; 2]) -> Option<[f64; 2]> {
+        let p = self.on_plane(rates);
+        (p[0].hypot(p[1]) < self.index).then_some(p)
+    }
+
+    /// The same, whether it propagates or not.
+    #[inline]
+    pub(crate) fn on_plane(&self, rates: [f64; 2]) -> [f64; 2] {
         let f = [rates[0] + self.carrier[0], rates[1] + self.carrier[1]];
         let [x, y, _] = &self.axes;
-        let p = [x.x * f[0] + x.y * f[1], y.x * f[0] + y.y * f[1]];
-        (p[0].hypot(p[1]) < self.index).then_some(p)
+        [x.x * f[0] + x.y * f[1], y.x * f[0] + y.y * f[1]]
     }
 
     /// Cosine of a mode along the screen's own z axis, with its sign.
@@ -98,8 +104,8 @@ impl TangentPatch {
     }
 
     /// The modes of the patch here on a plane screen.
-    pub(crate) fn cut_plane(&self, cutter: &TileCutter, field: &Field) -> Array2<Complex64> {
-        cutter.cut(field, self.at)
+    pub(crate) fn cut_plane(&self, cutter: &TileCutter, field: &Field, cut: &mut CutScratch) {
+        cutter.cut(field, self.at, cut);
     }
 
     /// The modes of the patch as if it were the touching plane: light of normal cosine `along` has the
@@ -107,19 +113,20 @@ impl TangentPatch {
     pub(crate) fn cut_tangent(
         &self,
         cutter: &TileCutter,
-        field: &Field,
-        heights: &Heights,
+        (field, heights): (&Field, &Heights),
         [along, k]: [f64; 2],
-    ) -> Array2<Complex64> {
-        cutter.cut_nodes(self.at, self.carrier, |node| {
+        cut: &mut CutScratch,
+    ) {
+        let value = |node| {
             let over = self.over(field, heights, node);
             field.values[node] * Complex64::cis(-k * along * over)
-        })
+        };
+        cutter.cut_nodes(self.at, self.carrier, value, cut);
     }
 
     /// The modes of the patch as if its light left the touching plane, with the field of the true surface.
-    pub(crate) fn cut_incident(&self, cutter: &TileCutter, field: &Field) -> Array2<Complex64> {
-        cutter.cut_nodes(self.at, self.carrier, |node| field.values[node])
+    pub(crate) fn cut_incident(&self, cutter: &TileCutter, field: &Field, cut: &mut CutScratch) {
+        cutter.cut_nodes(self.at, self.carrier, |node| field.values[node], cut);
     }
 
     /// The height of a node over the touching plane, along the screen's z axis.
@@ -135,28 +142,23 @@ impl TangentPatch {
     pub(crate) fn cut_true(
         &self,
         cutter: &TileCutter,
-        field: &Field,
-        heights: &Heights,
-        bands: &[Band; 2],
-        k: f64,
-    ) -> Array2<Complex64> {
+        (field, heights): (&Field, &Heights),
+        (bands, k): (&[Band; 2], f64),
+        cut: &mut CutScratch,
+    ) {
         let nodes = cutter.nodes(self.at);
         let over = |node| self.over(field, heights, node);
         let lifts = self.lifts(bands);
         let stack = Stack::new(range(field, &nodes, over), ends(&lifts), k);
-        let mut modes = Array2::zeros((bands[1].count, bands[0].count));
+        let mut modes = vec![Complex64::ZERO; lifts.len()];
         for (number, level) in stack.levels.at.iter().enumerate() {
-            let part = cutter.cut_nodes(self.at, self.carrier, |node| {
-                stack.part(field.values[node], over(node), number)
-            });
-            ndarray::Zip::from(&mut modes)
-                .and(&part)
-                .and(&lifts)
-                .for_each(|mode: &mut Complex64, part, lift| {
-                    *mode += part * Complex64::cis(-k * lift * level);
-                });
+            let value = |node| stack.part(field.values[node], over(node), number);
+            cutter.cut_nodes(self.at, self.carrier, value, cut);
+            for ((mode, part), lift) in modes.iter_mut().zip(&cut.modes).zip(&lifts) {
+                *mode += part * Complex64::cis(-k * lift * level);
+            }
         }
-        modes
+        cut.modes = modes;
     }
 
     /// The cosine along z of every mode, zero where it does not propagate.

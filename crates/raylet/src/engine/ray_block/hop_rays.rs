@@ -63,7 +63,7 @@ pub struct LandingColumns {
 
 impl LandingColumns {
     /// The columns without entries, and room for these.
-    fn restart(&mut self, rays: usize) {
+    pub(crate) fn restart(&mut self, rays: usize) {
         let Self {
             at: [x, y],
             cosines: [p, q],
@@ -126,6 +126,11 @@ impl<'a> HopRays<'a> {
     /// The same in columns, in place of what these hold.
     pub fn trace_into(&self, starts: &[RayStart], landings: &mut LandingColumns) {
         landings.restart(starts.len());
+        self.trace_more(starts, landings);
+    }
+
+    /// The same behind what the columns hold.
+    pub(crate) fn trace_more(&self, starts: &[RayStart], landings: &mut LandingColumns) {
         let mut block = RayBlock::empty();
         for group in starts.chunks(BLOCK) {
             self.carry(&mut block, group, &mut ());

@@ -5,12 +5,14 @@
 
 use std::f64::consts::TAU;
 
+use fearless_simd::{Simd, SimdBase, SimdFrom, dispatch, f64x8};
 use ndarray::Array2;
 use num_complex::Complex64;
 use rayon::prelude::*;
 
-use crate::math::lanes::phasors;
-use crate::math::nufft::{Nufft, NufftError};
+use crate::math::lanes::{LANES, cis_turns, phasors};
+use crate::math::nufft::{Nufft, NufftError, SortedPoints};
+use crate::math::simd_level::level;
 use crate::wave::beamlet::wavelet::Arrival;
 use crate::wave::grid::raster::Raster;
 
@@ -51,11 +53,33 @@ impl PlaneWave {
     }
 }
 
+/// Plane waves in columns, with an entry for each.
+pub(crate) struct WaveColumns<'a> {
+    /// Where the rays land, along x and y.
+    pub at: [&'a [f64]; 2],
+    /// Their optical direction cosines along x and y.
+    pub cosines: [&'a [f64]; 2],
+    /// Their optical paths in mm.
+    pub path: &'a [f64],
+    /// Their amplitudes where the rays start.
+    pub amplitudes: &'a [Complex64],
+}
+
+/// Memory for sorting waves.
+#[derive(Default)]
+pub(crate) struct SortScratch {
+    points: Vec<[f64; 2]>,
+    strengths: Vec<Complex64>,
+}
+
 /// A sum of plane waves on a raster.
 pub struct PlaneSum {
     raster: Raster,
     k: f64,
     transform: Nufft,
+    /// What waves were spread to since the values were asked for.
+    grid: Vec<f64>,
+    is_blank: bool,
     values: Array2<Complex64>,
 }
 
@@ -66,10 +90,13 @@ impl PlaneSum {
     /// When the tolerance or the size of the raster is out of reach.
     pub fn new(raster: Raster, k: f64, tolerance: f64) -> Result<Self, NufftError> {
         let [nx, ny] = raster.size;
+        let transform = Nufft::new([ny, nx], tolerance)?;
         Ok(Self {
             raster,
             k,
-            transform: Nufft::new([ny, nx], tolerance)?,
+            grid: transform.blank(),
+            is_blank: true,
+            transform,
             values: Array2::zeros((ny, nx)),
         })
     }
@@ -83,7 +110,63 @@ impl PlaneSum {
         let (points, mut strengths) = self.places(waves);
         let pairs = strengths.par_iter_mut().zip(waves);
         pairs.for_each(|(strength, wave)| *strength *= wave.amplitude);
-        self.transform.type1(&points, &strengths, &mut self.values);
+        self.transform.spread(&points, &strengths, &mut self.grid);
+        self.is_blank = false;
+    }
+
+    /// Makes waves ready for [`PlaneSum::add_sorted`], in place of what `sorted` holds.
+    pub(crate) fn sort(
+        &self,
+        waves: &WaveColumns,
+        scratch: &mut SortScratch,
+        sorted: &mut SortedPoints,
+    ) {
+        let SortScratch { points, strengths } = scratch;
+        points.resize(waves.path.len(), [0.0; 2]);
+        strengths.resize(waves.path.len(), Complex64::ZERO);
+        dispatch!(level(), simd => self.place_columns(simd, waves, points, strengths));
+        self.transform.sort(points, strengths, sorted);
+    }
+
+    /// Adds waves that are sorted.
+    pub(crate) fn add_sorted(&mut self, parts: &[SortedPoints]) {
+        self.transform.spread_sorted(parts, &mut self.grid);
+        self.is_blank = false;
+    }
+
+    /// Angles per sample of waves in columns, and their amplitudes at the sample in the middle.
+    #[inline(always)]
+    fn place_columns<S: Simd>(
+        &self,
+        simd: S,
+        waves: &WaveColumns,
+        points: &mut [[f64; 2]],
+        strengths: &mut [Complex64],
+    ) {
+        let (middle, step) = (self.middle(), self.raster.pitch.map(|pitch| self.k * pitch));
+        let groups = points
+            .chunks_mut(LANES)
+            .zip(strengths.chunks_mut(LANES))
+            .zip(waves.amplitudes.chunks(LANES));
+        for (group, ((points, strengths), amplitudes)) in groups.enumerate() {
+            let first = group * LANES;
+            let taken = |column: &[f64]| taken(simd, &column[first..], points.len());
+            let ([x, y], [p, q]) = (waves.at.map(taken), waves.cosines.map(taken));
+            let along = p * (middle[0] - x) + q * (middle[1] - y);
+            let (cos, sin) = cis_turns((taken(waves.path) + along) * (self.k / TAU));
+            let [u, v] = [*(p * step[0]).as_array(), *(q * step[1]).as_array()];
+            let (cos, sin) = (*cos.as_array(), *sin.as_array());
+            let amplitudes = amplitudes.first_chunk().copied().unwrap_or_else(|| {
+                let mut eight = [Complex64::ZERO; LANES];
+                eight[..amplitudes.len()].copy_from_slice(amplitudes);
+                eight
+            });
+            let all: [Complex64; LANES] =
+                std::array::from_fn(|i| amplitudes[i] * Complex64::new(cos[i], sin[i]));
+            let angles: [[f64; 2]; LANES] = std::array::from_fn(|i| [u[i], v[i]]);
+            give(all, strengths);
+            give(angles, points);
+        }
     }
 
     /// The conjugate transpose of [`PlaneSum::add`] for waves of amplitude one, and the same of values times
@@ -151,12 +234,14 @@ impl PlaneSum {
     }
 
     /// Whether a point lies within the raster.
+    #[inline(always)]
     pub(crate) fn contains(&self, point: [f64; 2]) -> bool {
-        (0..2).all(|a| {
+        let within = [0, 1].map(|a| {
             let low = self.raster.start[a];
             let high = low + (self.raster.size[a] as f64 - 1.0) * self.raster.pitch[a];
-            (low..=high).contains(&point[a])
-        })
+            (point[a] >= low) & (point[a] <= high)
+        });
+        within[0] & within[1]
     }
 
     /// Number of samples of the raster.
@@ -164,15 +249,41 @@ impl PlaneSum {
         self.values.len()
     }
 
-    /// The sum so far, indexed [y, x].
-    pub(crate) fn values(&self) -> &Array2<Complex64> {
+    /// The sum so far, indexed [y, x]. Waves that follow are collected anew.
+    pub(crate) fn values(&mut self) -> &Array2<Complex64> {
+        if !self.is_blank {
+            self.transform.collect(&self.grid, &mut self.values);
+            self.grid.fill(0.0);
+            self.is_blank = true;
+        }
         &self.values
     }
 
     /// The sum, indexed [y, x].
-    pub fn finish(self) -> Array2<Complex64> {
+    pub fn finish(mut self) -> Array2<Complex64> {
+        self.values();
         self.values
     }
+}
+
+/// Writes eight values, or as many as there are places.
+#[inline(always)]
+fn give<T: Copy>(eight: [T; LANES], to: &mut [T]) {
+    match <&mut [T; LANES]>::try_from(&mut *to) {
+        Ok(all) => *all = eight,
+        Err(_) => to.copy_from_slice(&eight[..to.len()]),
+    }
+}
+
+/// The first `count` of some numbers, eight at most, and zeros behind them.
+#[inline(always)]
+fn taken<S: Simd>(simd: S, numbers: &[f64], count: usize) -> f64x8<S> {
+    if let Some(eight) = numbers.first_chunk::<LANES>() {
+        return f64x8::simd_from(simd, *eight);
+    }
+    let mut eight = [0.0; LANES];
+    eight[..count].copy_from_slice(&numbers[..count]);
+    f64x8::simd_from(simd, eight)
 }
 
 #[cfg(test)]
@@ -240,18 +351,15 @@ mod tests {
         let mut sum = PlaneSum::new(raster, k, 1e-6).unwrap();
         sum.add(&waves());
         let back = sum.add_adjoint(&bar, &waves());
-        let forward: Complex64 = bar
-            .iter()
-            .zip(sum.values())
-            .map(|(a, b)| a.conj() * b)
-            .sum();
+        let values = sum.values().clone();
+        let forward: Complex64 = bar.iter().zip(&values).map(|(a, b)| a.conj() * b).sum();
         let reverse: Complex64 = back
             .iter()
             .zip(waves())
             .map(|(back, wave)| back[0].conj() * wave.amplitude)
             .sum();
         let norm = |values: &Array2<Complex64>| values.iter().map(|v| v.norm_sqr()).sum::<f64>();
-        let size = (norm(&bar) * norm(sum.values())).sqrt();
+        let size = (norm(&bar) * norm(&values)).sqrt();
         assert!((forward - reverse).norm() < 1e-13 * size);
 
         // The distances as written, at the tolerance of the transform.

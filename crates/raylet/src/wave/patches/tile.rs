@@ -4,15 +4,18 @@
 //! U = Σₘ cₘ e^{ik pₘ·(x−x_c)} on a lattice of optical direction cosines. A node of the field belongs to
 //! the patch or does not, so that patches at random positions cover every node by their exact share.
 
+use std::f64::consts::TAU;
 use std::ops::Range;
 
-use ndarray::Array2;
+use fearless_simd::{Simd, dispatch};
 use num_complex::Complex64;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use crate::math::chirp::{Chirp, Comb};
 use crate::math::commensurate_dft::CommensurateDft;
+use crate::math::lanes::phasors;
+use crate::math::simd_level::level;
 use crate::wave::grid::field::{Axis, Field};
 use crate::wave::patches::patch::Band;
 
@@ -32,12 +35,73 @@ impl Sums {
         }
     }
 
-    fn apply(&self, input: &[Complex64], out: &mut [Complex64], scratch: &mut Vec<Complex64>) {
+    /// What inputs are multiplied by beside their weights.
+    fn before(&self, cell: usize) -> Complex64 {
         match self {
-            Sums::CommensurateDft(dft) => dft.apply(input, out, scratch),
-            Sums::Chirp(chirp) => chirp.apply(input, out, scratch),
+            Sums::CommensurateDft(dft) => dft.before()[cell],
+            Sums::Chirp(_) => Complex64::ONE,
         }
     }
+
+    /// What outputs are multiplied by, given what they are multiplied by beside that.
+    fn after(&self, phases: &[Complex64]) -> Vec<Complex64> {
+        match self {
+            Sums::CommensurateDft(dft) => {
+                let factors = dft.after().iter().zip(phases);
+                factors.map(|(after, phase)| after * phase).collect()
+            }
+            Sums::Chirp(_) => phases.to_vec(),
+        }
+    }
+
+    /// The length of a line: its cells, and zeros behind them.
+    fn length(&self, cells: usize) -> usize {
+        match self {
+            Sums::CommensurateDft(dft) => dft.length(),
+            Sums::Chirp(_) => cells,
+        }
+    }
+
+    /// Adds to `out` the sums over a line, which has its factors already and may be overwritten, times `after`.
+    fn apply(
+        &self,
+        line: &mut [Complex64],
+        after: &[Complex64],
+        out: &mut [Complex64],
+        [sums, work]: &mut [Vec<Complex64>; 2],
+    ) {
+        match self {
+            Sums::CommensurateDft(dft) => dft.apply(line, after, out, work),
+            Sums::Chirp(chirp) => {
+                sums.clear();
+                sums.resize(out.len(), Complex64::ZERO);
+                chirp.apply(line, sums, work);
+                for ((out, sum), after) in out.iter_mut().zip(sums).zip(after) {
+                    *out += *sum * after;
+                }
+            }
+        }
+    }
+}
+
+/// Lines that are read together: those that share a cache line.
+const LINES: usize = 4;
+
+/// Memory for the transform of a few lines.
+#[derive(Debug, Default)]
+struct LineBuffers {
+    lines: Vec<Complex64>,
+    work: [Vec<Complex64>; 2],
+}
+
+/// Memory for cutting many patches, and the modes of the last one.
+#[derive(Debug, Default)]
+pub struct CutScratch {
+    /// The coefficients cₘ over the bands, m_x fastest.
+    pub modes: Vec<Complex64>,
+    /// Of each column of nodes the sums along y.
+    columns: Vec<Complex64>,
+    buffers: LineBuffers,
 }
 
 /// What the method `paper` multiplies the field in a patch by.
@@ -104,10 +168,10 @@ pub struct TileCutter {
 struct Placed {
     /// Index of its first cell; cells outside of the field are dark.
     first: i64,
-    /// Weights of its nodes with the carrier taken out, zero outside.
+    /// Weights of its nodes with the carrier taken out and with the factor before the transform, zero outside.
     weights: Vec<Complex64>,
-    /// The factor of each mode after the transform.
-    phases: Vec<Complex64>,
+    /// The factor of each mode after the transform, for each node of a cell.
+    after: Vec<Vec<Complex64>>,
 }
 
 impl AxisTile {
@@ -159,51 +223,83 @@ impl AxisTile {
         let edge = axis.start - 0.5 * axis.pitch;
         let first = ((centre - self.half - edge) / axis.pitch).floor();
         let origin = axis.start + first * axis.pitch;
-        let (range, before) = (self.range(centre), first as i64 * axis.offsets.len() as i64);
-        let weights = (0..self.cells * axis.offsets.len())
+        let nodes = axis.offsets.len();
+        let (range, before) = (self.range(centre), first as i64 * nodes as i64);
+        let weights = (0..self.cells * nodes)
             .map(|i| match usize::try_from(before + i as i64) {
-                Ok(index) if range.contains(&index) => Complex64::from_polar(
-                    axis.weight(index) * self.window_at(index, centre) / self.period,
-                    -self.k * carrier * (axis.node(index) - centre),
-                ),
+                Ok(index) if range.contains(&index) => {
+                    let weight = axis.weight(index) * self.window_at(index, centre) / self.period;
+                    self.carried(carrier, axis.node(index) - centre)
+                        * self.sums[i % nodes].before(i / nodes)
+                        * weight
+                }
                 _ => Complex64::ZERO,
             })
             .collect();
-        let phases = (0..self.band.count)
-            .map(|m| Complex64::cis(-self.k * self.band.at(m) * (origin - centre)))
+        let turns: Vec<f64> = (0..self.band.count)
+            .map(|m| -self.k / TAU * self.band.at(m) * (origin - centre))
             .collect();
+        let mut phases = vec![Complex64::ZERO; turns.len()];
+        phasors(&turns, &mut phases);
         Placed {
             first: first as i64,
             weights,
-            phases,
+            after: self.sums.iter().map(|sums| sums.after(&phases)).collect(),
         }
     }
 
-    /// Adds to `out` the modes of one line of nodes, read by index within the patch.
+    /// What takes the carrier out at a distance from the centre.
+    fn carried(&self, carrier: f64, distance: f64) -> Complex64 {
+        match carrier {
+            0.0 => Complex64::ONE,
+            _ => Complex64::cis(-self.k * carrier * distance),
+        }
+    }
+
+    /// The modes of up to four lines of nodes, read together by index within the patch.
     fn transform(
         &self,
         placed: &Placed,
-        node: impl Fn(usize) -> Complex64,
+        nodes: impl Fn(usize) -> [Complex64; LINES],
         out: &mut [Complex64],
-        buffers: &mut [Vec<Complex64>; 2],
+        buffers: &mut LineBuffers,
     ) {
-        let nodes = self.axis.offsets.len();
-        let [line, scratch] = buffers;
+        let each = self.axis.offsets.len();
+        let LineBuffers { lines, work } = buffers;
+        out.fill(Complex64::ZERO);
         for (g, sums) in self.sums.iter().enumerate() {
-            line.clear();
-            line.extend((0..self.cells).map(|cell| {
-                let i = cell * nodes + g;
-                let weight = placed.weights[i];
-                if weight == Complex64::ZERO {
-                    return weight;
-                }
-                node(i) * weight
-            }));
-            sums.apply(line, out, scratch);
+            let length = sums.length(self.cells);
+            lines.resize(LINES * length, Complex64::ZERO);
+            let weights = placed.weights.iter().skip(g).step_by(each);
+            dispatch!(level(), simd => fill(simd, lines, weights, |cell| nodes(cell * each + g)));
+            let outs = out.chunks_mut(self.band.count.max(1));
+            for (line, out) in lines.chunks_exact_mut(length).zip(outs) {
+                sums.apply(line, &placed.after[g], out, work);
+            }
         }
-        for (out, phase) in out.iter_mut().zip(&placed.phases) {
-            *out *= phase;
+    }
+}
+
+/// Fills lines of equal length with values of nodes times their weights; zeros behind them.
+#[inline(always)]
+fn fill<'a, S: Simd>(
+    _: S,
+    lines: &mut [Complex64],
+    weights: impl ExactSizeIterator<Item = &'a Complex64>,
+    nodes: impl Fn(usize) -> [Complex64; LINES],
+) {
+    let (length, cells) = (lines.len() / LINES, weights.len());
+    for (cell, weight) in weights.enumerate() {
+        let values = match *weight == Complex64::ZERO {
+            true => [Complex64::ZERO; LINES],
+            false => nodes(cell).map(|value| value * weight),
+        };
+        for (line, value) in values.into_iter().enumerate() {
+            lines[line * length + cell] = value;
         }
+    }
+    for line in lines.chunks_exact_mut(length.max(1)) {
+        line[cells..].fill(Complex64::ZERO);
     }
 }
 
@@ -230,9 +326,9 @@ impl TileCutter {
         ]
     }
 
-    /// The coefficients cₘ of the patch about a point, indexed [m_y, m_x] over the bands.
-    pub fn cut(&self, field: &Field, centre: [f64; 2]) -> Array2<Complex64> {
-        self.cut_nodes(centre, [0.0; 2], |node| field.values[node])
+    /// The coefficients cₘ of the patch about a point.
+    pub fn cut(&self, field: &Field, centre: [f64; 2], scratch: &mut CutScratch) {
+        self.cut_nodes(centre, [0.0; 2], |node| field.values[node], scratch);
     }
 
     /// The same of the values that `node` gives by index [y, x], on the bands moved by `carrier`.
@@ -241,38 +337,52 @@ impl TileCutter {
         centre: [f64; 2],
         carrier: [f64; 2],
         node: impl Fn([usize; 2]) -> Complex64,
-    ) -> Array2<Complex64> {
+        scratch: &mut CutScratch,
+    ) {
         let (px, py) = (
             self.x.place(centre[0], carrier[0]),
             self.y.place(centre[1], carrier[1]),
         );
         let nodes = [&self.x, &self.y].map(|axis| axis.axis.offsets.len());
         let start = [px.first * nodes[0] as i64, py.first * nodes[1] as i64];
-        let mut buffers = [Vec::new(), Vec::new()];
+        let [nx, ny] = [&self.x, &self.y].map(|axis| axis.band.count);
+        let CutScratch {
+            modes,
+            columns,
+            buffers,
+        } = scratch;
 
-        // Along x on the rows that the patch has, then along y.
-        let mut rows: Array2<Complex64> = Array2::zeros((py.weights.len(), self.x.band.count));
-        for (j, mut out) in rows.outer_iter_mut().enumerate() {
-            if py.weights[j] == Complex64::ZERO {
-                continue;
-            }
-            let row = (start[1] + j as i64) as usize;
-            let along = |i: usize| node([row, (start[0] + i as i64) as usize]);
-            if let Some(out) = out.as_slice_mut() {
-                self.x.transform(&px, along, out, &mut buffers);
-            }
+        // Along y on the columns that the patch has, then along x.
+        let lit = |i: usize| {
+            px.weights
+                .get(i)
+                .is_some_and(|weight| *weight != Complex64::ZERO)
+        };
+        columns.resize(px.weights.len() * ny, Complex64::ZERO);
+        for (group, out) in columns.chunks_mut(LINES * ny.max(1)).enumerate() {
+            let first = group * LINES;
+            let lit: [bool; LINES] = std::array::from_fn(|line| lit(first + line));
+            let along = |j: usize| {
+                let row = (start[1] + j as i64) as usize;
+                std::array::from_fn(|line| match lit[line] {
+                    true => node([row, (start[0] + (first + line) as i64) as usize]),
+                    false => Complex64::ZERO,
+                })
+            };
+            self.y.transform(&py, along, out, buffers);
         }
-        let mut modes = Array2::zeros((self.y.band.count, self.x.band.count));
-        let mut column = vec![Complex64::ZERO; self.y.band.count];
-        for m in 0..self.x.band.count {
-            column.fill(Complex64::ZERO);
-            self.y
-                .transform(&py, |i| rows[[i, m]], &mut column, &mut buffers);
-            for (mode, value) in modes.column_mut(m).iter_mut().zip(&column) {
-                *mode = *value;
-            }
+        modes.resize(nx * ny, Complex64::ZERO);
+        for (group, out) in modes.chunks_mut(LINES * nx.max(1)).enumerate() {
+            let first = group * LINES;
+            let along = |i: usize| match columns[i * ny + first..(i + 1) * ny].first_chunk() {
+                Some(lines) => *lines,
+                None => std::array::from_fn(|line| match first + line < ny {
+                    true => columns[i * ny + first + line],
+                    false => Complex64::ZERO,
+                }),
+            };
+            self.x.transform(&px, along, out, buffers);
         }
-        modes
     }
 }
 
@@ -282,7 +392,7 @@ mod tests {
 
     use crate::wave::grid::field::{Axis, Field, Grid};
     use crate::wave::patches::patch::Band;
-    use crate::wave::patches::tile::{Tile, TileCutter, TileWindow};
+    use crate::wave::patches::tile::{CutScratch, Tile, TileCutter, TileWindow};
 
     /// Patches inside, across an edge and around a corner, against the sum as written.
     #[test]
@@ -312,10 +422,13 @@ mod tests {
             Band::between(0.0, 1.0 / period, -0.7, 0.95),
         ];
         let cutter = TileCutter::new([&x, &y], &bands, k, tile);
+        let mut scratch = CutScratch::default();
         for centre in [[0.37, -0.81], [5.2, 1.0], [-5.9, -6.0]] {
-            let modes = cutter.cut(&field, centre);
+            cutter.cut(&field, centre, &mut scratch);
+            let modes = &scratch.modes;
             let (mut error, mut norm) = (0.0, 0.0);
-            for ((my, mx), mode) in modes.indexed_iter() {
+            for (index, mode) in modes.iter().enumerate() {
+                let (mx, my) = (index % bands[0].count, index / bands[0].count);
                 let p = [bands[0].at(mx), bands[1].at(my)];
                 let mut exact = Complex64::ZERO;
                 for ((j, i), u) in field.values.indexed_iter() {
