@@ -159,6 +159,7 @@ mod paper {
 
     const COUNT: usize = 200;
     const DRAWS: u32 = 10_000;
+    const POSITIONS: usize = 2000;
 
     fn wavenumber() -> f64 {
         std::f64::consts::TAU / WAVELENGTH
@@ -271,14 +272,14 @@ mod paper {
             });
     }
 
-    /// Everything, two hundred positions. Item: a draw.
-    #[divan::bench(max_time = 6)]
+    /// Everything, two thousand positions: what a run takes beside its draws, as its plan, hardly counts. Item: a draw.
+    #[divan::bench(max_time = 12)]
     fn whole(bencher: Bencher) {
         let system = system();
         let settings = Settings {
             method: Method::Paper,
             paper: Paper {
-                rays: 200,
+                rays: POSITIONS,
                 secondary: DRAWS as usize,
                 patch: Some(100.0 * PITCH),
                 ..Paper::default()
@@ -286,7 +287,7 @@ mod paper {
             ..Settings::default()
         };
         bencher
-            .counter(ItemsCount::new(200 * DRAWS))
+            .counter(ItemsCount::new(POSITIONS * DRAWS as usize))
             .bench_local(|| simulate(&system, &settings, &|_| {}).is_ok());
     }
 }
