@@ -76,9 +76,9 @@ No loop uses fused multiply-adds: with them results would have other bits on oth
   Each value is added to the raster, a few rows of which stay in the cache.
 - **Fourier sums.** Points in random order are sorted first. Then each adds to, or reads from, a small square of a fine
   grid; with 1024² modes the grid is larger than the cache.
-- **Draws of the paper's method.** {draws:.3g} million draws each second. The Fourier sum takes a third of the time: waves are
-  sorted, and each is added to 7 × 7 complex numbers of a fine grid. Cutting the patch takes a fifth, half of which is
-  transforms of 200 values; drawing a seventh, tracing a tenth. Memory is used again from patch to patch.
+- **Draws of the paper's method.** {draws:.3g} million draws each second. The Fourier sum takes a third of the time:
+  waves are sorted, and each is added to 7 × 7 complex numbers of a fine grid. Cutting the patch takes a fifth, half of
+  which is transforms of 200 values; drawing a seventh, tracing a tenth. Memory is used again from patch to patch.
 """
 
 SUM_HEAD = """
