@@ -77,12 +77,12 @@ impl CommensurateDft {
         })
     }
 
-    /// By which each input is multiplied before the transform.
+    /// The factor of each input before the transform.
     pub(crate) fn before(&self) -> &[Complex64] {
         &self.before
     }
 
-    /// By which each output is multiplied after the transform.
+    /// The factor of each output after the transform.
     pub(crate) fn after(&self) -> &[Complex64] {
         &self.after
     }

@@ -114,7 +114,7 @@ impl Modes {
             .for_each(|(value, work)| *value += *work);
     }
 
-    /// A line of the grid, which holds anything, and the scratch space of the transform.
+    /// A line of the grid with undefined values, and the scratch space of the transform.
     fn split<'a>(
         &self,
         scratch: &'a mut Vec<Complex64>,

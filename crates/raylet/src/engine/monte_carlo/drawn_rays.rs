@@ -20,16 +20,16 @@ pub(crate) struct DrawnRays {
     pub cut: CutScratch,
     /// Their weights.
     pub weights: Vec<f64>,
-    /// Those that were drawn of it: the index, and by what the mode is multiplied.
+    /// The modes that were drawn: their indices, and the factors of their amplitudes.
     pub drawn: Vec<(u32, f64)>,
     /// The random numbers of its draws.
     pub numbers: Vec<f64>,
     /// Memory for drawing.
     pub draws: DrawScratch,
-    /// How often which mode was drawn.
+    /// The index of each drawn mode, and how often it was drawn.
     pub counts: Vec<(u32, u32)>,
     starts: Vec<RayStart>,
-    /// Of all rays the amplitude at the start, and the share of the energy.
+    /// The amplitude of each ray at its start, and its share of the energy.
     amplitudes: Vec<Complex64>,
     energies: Vec<f64>,
     landings: LandingColumns,
@@ -37,7 +37,7 @@ pub(crate) struct DrawnRays {
 }
 
 impl DrawnRays {
-    /// No rays.
+    /// Removes all rays and keeps the memory.
     pub(crate) fn restart(&mut self) {
         self.amplitudes.clear();
         self.energies.clear();
@@ -79,7 +79,7 @@ impl DrawnRays {
         hop.trace_more(&self.starts, &mut self.landings);
     }
 
-    /// Counts rays that were lost, and forgets them.
+    /// Counts lost rays in the tally, and removes them.
     pub(crate) fn drop_lost(&mut self, tally: &mut Tally) {
         let LandingColumns {
             at: [x, y],
@@ -109,7 +109,7 @@ impl DrawnRays {
         lost.clear();
     }
 
-    /// Counts those that arrived on a screen or beside it.
+    /// Counts rays that landed on a screen, and those beside it.
     pub(crate) fn count(&self, to: &PlaneSum, tally: &mut Tally) {
         let [x, y] = &self.landings.at;
         let (arrived, [inside, outside]) =

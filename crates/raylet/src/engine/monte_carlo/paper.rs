@@ -363,7 +363,7 @@ struct Memory {
     tally: Tally,
 }
 
-/// What is behind a lock.
+/// The value that a lock guards, also after a panic of another thread.
 fn taken<T>(lock: &Mutex<T>) -> MutexGuard<'_, T> {
     lock.lock().unwrap_or_else(PoisonError::into_inner)
 }

@@ -77,8 +77,9 @@ pub struct PlaneSum {
     raster: Raster,
     k: f64,
     transform: Nufft,
-    /// What waves were spread to since the values were asked for.
+    /// The fine grid of the waves that were added since the values were last read.
     grid: Vec<f64>,
+    /// Whether that grid is all zeros.
     is_blank: bool,
     values: Array2<Complex64>,
 }
@@ -249,7 +250,7 @@ impl PlaneSum {
         self.values.len()
     }
 
-    /// The sum so far, indexed [y, x]. Waves that follow are collected anew.
+    /// The sum so far, indexed [y, x]. The fine grid is transformed, added to it, and emptied.
     pub(crate) fn values(&mut self) -> &Array2<Complex64> {
         if !self.is_blank {
             self.transform.collect(&self.grid, &mut self.values);

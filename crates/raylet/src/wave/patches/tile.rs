@@ -35,7 +35,7 @@ impl Sums {
         }
     }
 
-    /// What inputs are multiplied by beside their weights.
+    /// The factor of an input beside its weight.
     fn before(&self, cell: usize) -> Complex64 {
         match self {
             Sums::CommensurateDft(dft) => dft.before()[cell],
@@ -43,7 +43,7 @@ impl Sums {
         }
     }
 
-    /// What outputs are multiplied by, given what they are multiplied by beside that.
+    /// The factors of outputs, these phases among them.
     fn after(&self, phases: &[Complex64]) -> Vec<Complex64> {
         match self {
             Sums::CommensurateDft(dft) => {
@@ -99,7 +99,7 @@ struct LineBuffers {
 pub struct CutScratch {
     /// The coefficients cₘ over the bands, m_x fastest.
     pub modes: Vec<Complex64>,
-    /// Of each column of nodes the sums along y.
+    /// The sums along y of each column of nodes.
     columns: Vec<Complex64>,
     buffers: LineBuffers,
 }
@@ -248,7 +248,7 @@ impl AxisTile {
         }
     }
 
-    /// What takes the carrier out at a distance from the centre.
+    /// The factor that takes the carrier out at a distance from the centre.
     fn carried(&self, carrier: f64, distance: f64) -> Complex64 {
         match carrier {
             0.0 => Complex64::ONE,
